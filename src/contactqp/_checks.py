@@ -1,0 +1,106 @@
+"""Checks of arguments, shared by every public entry: name, value and remedy in the message."""
+
+from __future__ import annotations
+
+import math
+import operator
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any, SupportsIndex, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+Vector = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def finite_number(value: object, name: str) -> float:
+    """Return ``value`` as a float; it must be a real, finite scalar."""
+    if isinstance(value, (bool, np.bool_, str, bytes)) or np.iscomplexobj(value) or np.ndim(cast("Any", value)):
+        raise TypeError(f"{name} must be a real number, got {value!r}")
+    try:
+        number = float(cast("Any", value))
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a real number, got {value!r}") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{name} must be finite, got {number}")
+    return number
+
+
+def positive_number(value: object, name: str) -> float:
+    """Return ``value`` as a float > 0."""
+    number = finite_number(value, name)
+    if number <= 0:
+        raise ValueError(f"{name} must be > 0, got {number:g}")
+    return number
+
+
+def open_interval(value: object, low: float, high: float, name: str) -> float:
+    """Return ``value`` as a float strictly between ``low`` and ``high``."""
+    number = finite_number(value, name)
+    if not low < number < high:
+        raise ValueError(f"{name} must lie strictly between {low:g} and {high:g}, got {number:g}")
+    return number
+
+
+def integer_at_least(value: object, low: int, name: str) -> int:
+    """Return ``value`` as an int >= ``low``; floats with a whole value are refused as well."""
+    if isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be an integer, got {value!r}")
+    try:
+        number = operator.index(cast("SupportsIndex", value))
+    except TypeError:
+        raise TypeError(f"{name} must be an integer, got {value!r}") from None
+    if number < low:
+        raise ValueError(f"{name} must be >= {low}, got {number}")
+    return number
+
+
+def real_array(value: object, name: str) -> NDArray[np.float64]:
+    """Return ``value`` as a new float array; complex, boolean and non-numeric data are refused."""
+    array = np.asarray(value)
+    if array.dtype.kind == "c":
+        raise TypeError(f"{name} must be real, got complex values (dtype {array.dtype})")
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must hold real numbers, got dtype {array.dtype}")
+    return np.array(array, dtype=np.float64)
+
+
+def vector(value: object, size: int, name: str) -> Vector:
+    """Return ``value`` as a new float vector of exactly ``size`` finite entries."""
+    array = real_array(value, name)
+    if array.shape != (size,):
+        raise ValueError(f"{name} must have shape ({size},), got {array.shape}")
+    refuse_non_finite(array, name)
+    return array
+
+
+def refuse_non_finite(array: NDArray[np.float64], name: str, *, what: str = "entry") -> None:
+    """Raise a ValueError that shows the first entry of ``array`` that is nan or infinite."""
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        others = f" ({bad.size} such entries)" if bad.size > 1 else ""
+        raise ValueError(f"{name} must be finite, but {what} {bad[0]} is {array.flat[bad[0]]}{others}")
+
+
+def one_of(value: object, known: Iterable[str], name: str) -> str:
+    """Return ``value`` if it is one of the ``known`` words."""
+    known = list(known)
+    if not isinstance(value, str) or value not in known:
+        raise ValueError(f"{name} must be one of {', '.join(map(repr, known))}, got {value!r}{nearest(value, known)}")
+    return value
+
+
+def nearest(word: object, known: Iterable[str]) -> str:
+    """Return ``'; did you mean ...?'`` for the known word closest to ``word``, or nothing."""
+    close = get_close_matches(str(word).lower(), list(known), n=1, cutoff=0.5)
+    return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """Mark ``array`` as not writeable and return it."""
+    array.setflags(write=False)
+    return array

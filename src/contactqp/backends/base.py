@@ -1,0 +1,192 @@
+"""The contract between the package and a backend.
+
+A backend turns a dimensionless `ContactQP` into a vector and raw facts. It never judges its own answer, never prints,
+and imports the library that it calls only when it is called.
+"""
+
+from __future__ import annotations
+
+import inspect
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from importlib import metadata
+from typing import Any, ClassVar
+
+from .._checks import Vector, nearest
+from ..errors import MissingBackendError, UnsuitableProblemError
+from ..problem import ContactQP
+from ..progress import Progress, silent
+
+
+class Stop(StrEnum):
+    """Why a backend stopped, in its own view."""
+
+    DONE = "done"
+    ITERATION_LIMIT = "iteration_limit"
+    TIME_LIMIT = "time_limit"
+    FAILED = "failed"
+
+
+class Need(StrEnum):
+    """A property of the problem that a backend's method relies on; the package verifies it."""
+
+    Z_MATRIX = "Z-matrix"
+    LATTICE = "lattice"
+
+
+@dataclass
+class Task:
+    """What a backend is asked for, besides the problem.
+
+    Attributes
+    ----------
+    tol : float
+        Wanted bound of the gap's error; the dimensionless problem's gap scale is one.
+    max_iter : int or None
+        Limit of iterations over all rounds; None for the backend's own default.
+    time_limit : float or None
+        Seconds from now.
+    warm_start : array or None
+        A dimensionless gap to start from.
+    bound : callable
+        ``bound(gap)`` returns the judge's error bound of a gap vector: certified for an M-matrix.
+    length_unit : float
+        Length in the user's units of one dimensionless length, for options that are lengths.
+    progress : Progress
+        To be kept up to date by backends that iterate in Python.
+    """
+
+    tol: float
+    max_iter: int | None
+    time_limit: float | None
+    warm_start: Vector | None
+    bound: Callable[[Vector], float]
+    length_unit: float = 1.0
+    progress: Progress = field(default_factory=silent)
+    started: float = field(default_factory=time.perf_counter)
+
+    @property
+    def target(self) -> float:
+        """The bound to reach: ``tol`` less a little room for the rounding of the scaling."""
+        return 0.98 * self.tol
+
+    def accepts(self, gap: Vector) -> bool:
+        """Whether the judge is satisfied with ``gap``."""
+        return self.bound(gap) <= self.target
+
+    @property
+    def seconds_left(self) -> float:
+        """Seconds until the time limit, infinite if there is none."""
+        if self.time_limit is None:
+            return float("inf")
+        return self.time_limit - (time.perf_counter() - self.started)
+
+
+@dataclass
+class Answer:
+    """A backend's vector and raw facts.
+
+    Attributes
+    ----------
+    gap : array or None
+        The dimensionless gap; None if there is nothing to return.
+    stop : Stop
+        Why the backend stopped.
+    termination : str
+        The library's own words for it.
+    iterations : int
+        Iterations in the method's own unit, over all rounds.
+    setup_seconds, solve_seconds : float
+        Time spent on set-up (conversion, factorisation) and on iterating.
+    history : mapping of str to vector
+        What was recorded while iterating, on request.
+    note : str
+        A choice worth telling the user.
+    """
+
+    gap: Vector | None
+    stop: Stop
+    termination: str
+    iterations: int
+    setup_seconds: float
+    solve_seconds: float
+    history: Mapping[str, Vector] = field(default_factory=dict)
+    note: str = ""
+
+
+class Backend(ABC):
+    """Base of all backends; a subclass is one file.
+
+    Class attributes
+    ----------------
+    name : str
+        Name to call it by.
+    summary : str
+        The method, in a few words.
+    package : str
+        Distribution on PyPI that it needs; its version is shown.
+    iteration_unit : str
+        What one iteration is.
+    needs : frozenset of Need
+        Verified before `solve` is called.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    package: ClassVar[str]
+    iteration_unit: ClassVar[str] = "iteration"
+    needs: ClassVar[frozenset[Need]] = frozenset()
+
+    @abstractmethod
+    def solve(self, problem: ContactQP, task: Task) -> Answer:
+        """Solve the dimensionless ``problem``; subclasses add their options as named keywords with defaults."""
+
+    @classmethod
+    def options(cls) -> dict[str, Any]:
+        """Return the backend's own options and their defaults."""
+        parameters = inspect.signature(cls.solve).parameters.values()
+        return {p.name: p.default for p in parameters if p.kind is inspect.Parameter.KEYWORD_ONLY}
+
+    @classmethod
+    def version(cls) -> str | None:
+        """Return the installed version of the library behind the backend, or None if it is missing."""
+        try:
+            return metadata.version(cls.package)
+        except metadata.PackageNotFoundError:
+            return None
+
+    @classmethod
+    def require(cls) -> None:
+        """Raise a MissingBackendError if the library is not installed."""
+        if cls.version() is None:
+            raise MissingBackendError(
+                f"backend {cls.name!r} needs the package {cls.package!r}, which is not installed; type: pip install {cls.package}"
+            )
+
+    @classmethod
+    def check_options(cls, options: Mapping[str, Any]) -> None:
+        """Raise a TypeError if an option is not one of the backend's."""
+        known = cls.options()
+        for option in options:
+            if option not in known:
+                listed = ", ".join(known) or "none"
+                raise TypeError(
+                    f"backend {cls.name!r} has no option {option!r}{nearest(option, known)}; its options: {listed}"
+                )
+
+    @classmethod
+    def check_problem(cls, problem: ContactQP) -> None:
+        """Raise an UnsuitableProblemError if the problem lacks a property that the method relies on."""
+        if Need.Z_MATRIX in cls.needs and problem.positive_off_diagonal is not None:
+            i, j, value = problem.positive_off_diagonal
+            raise UnsuitableProblemError(
+                f"backend {cls.name!r} needs a Z-matrix (off-diagonal entries <= 0), but G[{i}, {j}] = {value:g}; "
+                "take 'osqp', 'clarabel' or 'psor'"
+            )
+        if Need.LATTICE in cls.needs and problem.stencil is None:
+            raise UnsuitableProblemError(
+                f"backend {cls.name!r} needs a problem on a lattice (a Membrane or a Cable), but G was given as a matrix"
+            )

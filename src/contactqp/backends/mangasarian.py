@@ -1,0 +1,98 @@
+"""Mangasarian's single linear program, by HiGHS through scipy.optimize.linprog.
+
+Mangasarian, *Linear complementarity problems solvable by a single linear program*, Mathematical Programming 10 (1976).
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._checks import Vector, one_of, vector
+from ..problem import ContactQP
+from ..progress import run_interruptibly
+from .base import Answer, Backend, Need, Stop, Task
+
+_TIGHTEST = 1e-10
+
+
+class Mangasarian(Backend):
+    r"""min cᵀω over the feasible set {ω ≥ 0, Gω + q ≥ 0}, for any c > 0.
+
+    For a Z-matrix G that set has a least element, and it solves the complementarity problem; every positive cost
+    finds it. For other matrices the program has an optimum that solves nothing, so they are refused.
+    """
+
+    name: ClassVar[str] = "mangasarian"
+    summary: ClassVar[str] = "single linear program (HiGHS through scipy.optimize.linprog)"
+    package: ClassVar[str] = "scipy"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.Z_MATRIX})
+
+    def solve(
+        self,
+        problem: ContactQP,
+        task: Task,
+        *,
+        cost: ArrayLike | None = None,
+        method: Literal["highs-ds", "highs-ipm"] = "highs-ds",
+        presolve: bool = True,
+        eps: float = _TIGHTEST,
+    ) -> Answer:
+        """Solve by one linear program.
+
+        Parameters
+        ----------
+        problem, task
+            See `Backend.solve`; the warm start is not used.
+        cost : array, shape (n,), optional
+            Any positive vector c; ones by default.
+        method : {"highs-ds", "highs-ipm"}
+            HiGHS's dual simplex or interior-point method.
+        presolve : bool
+            Whether HiGHS simplifies the program first.
+        eps : float
+            HiGHS's primal and dual feasibility tolerance; 1e-10 is the tightest it takes.
+        """
+        from scipy.optimize import linprog
+
+        one_of(method, ("highs-ds", "highs-ipm"), "method")
+        weights = np.ones(problem.size) if cost is None else vector(cost, problem.size, "cost")
+        if not weights.min() > 0:
+            worst = int(np.argmin(weights))
+            raise ValueError(f"cost must be > 0 everywhere, but entry {worst} is {weights[worst]:g}")
+        options: dict[str, Any] = {
+            "presolve": presolve,
+            "primal_feasibility_tolerance": eps,
+            "dual_feasibility_tolerance": eps,
+        }
+        if task.max_iter is not None:
+            options["maxiter"] = task.max_iter
+        if task.time_limit is not None:
+            options["time_limit"] = task.time_limit
+        started = time.perf_counter()
+        lower = np.where(problem.supported, 0.0, -np.inf)
+        bounds = np.column_stack([lower, np.full(problem.size, np.inf)])
+        constraint = -problem.G
+        setup_seconds = time.perf_counter() - started
+
+        def work() -> Any:
+            return linprog(
+                weights / weights.max(), A_ub=constraint, b_ub=problem.q, bounds=bounds, method=method, options=options
+            )
+
+        result = run_interruptibly(work, task.progress)
+        gap: Vector | None = None if result.x is None else np.asarray(result.x)
+        return Answer(
+            gap=gap,
+            stop=_STOPS.get(int(result.status), Stop.FAILED),
+            termination=" ".join(str(result.message).split()),
+            iterations=int(result.nit),
+            setup_seconds=setup_seconds,
+            solve_seconds=time.perf_counter() - started - setup_seconds,
+        )
+
+
+_STOPS = {0: Stop.DONE, 4: Stop.DONE}

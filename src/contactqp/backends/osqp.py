@@ -1,0 +1,146 @@
+"""OSQP: operator splitting (ADMM), called through its own API.
+
+Stellato, Banjac, Goulart, Bemporad and Boyd, *OSQP: an operator splitting solver for quadratic programs*,
+Mathematical Programming Computation 12 (2020).
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any, ClassVar
+
+import numpy as np
+
+from .._checks import Vector
+from ..problem import ContactQP
+from ..progress import run_interruptibly
+from .base import Answer, Backend, Stop, Task
+
+_MAX_ITER = 200_000
+_TIGHTEST = 1e-14
+
+
+class Osqp(Backend):
+    """Operator splitting; its tolerance is tightened, and the iteration resumed, until the judge is satisfied."""
+
+    name: ClassVar[str] = "osqp"
+    summary: ClassVar[str] = "operator splitting (ADMM)"
+    package: ClassVar[str] = "osqp"
+
+    def solve(
+        self,
+        problem: ContactQP,
+        task: Task,
+        *,
+        rho: float = 0.1,
+        alpha: float = 1.6,
+        sigma: float = 1e-6,
+        scaling: int = 10,
+        adaptive_rho: bool = True,
+        check_termination: int = 25,
+        polishing: bool = False,
+        eps: float | None = None,
+    ) -> Answer:
+        """Solve by OSQP.
+
+        Parameters
+        ----------
+        problem, task
+            See `Backend.solve`.
+        rho, alpha, sigma, scaling, adaptive_rho, check_termination, polishing
+            OSQP's settings of the same names; the defaults are the fastest of those that
+            ``benchmarks/backend_settings.py`` tried.
+        eps : float, optional
+            OSQP's first absolute and relative tolerance; by default ``tol``.
+        """
+        import osqp
+        from scipy import sparse
+
+        settings: dict[str, Any] = {
+            "rho": rho,
+            "alpha": alpha,
+            "sigma": sigma,
+            "scaling": scaling,
+            "adaptive_rho": int(adaptive_rho),
+            "check_termination": check_termination,
+            "polishing": polishing,
+            "verbose": False,
+            "warm_starting": True,
+        }
+        budget = _MAX_ITER if task.max_iter is None else task.max_iter
+        eps = task.tol if eps is None else eps
+        given_up = False
+
+        def set_up() -> Any:
+            solver = osqp.OSQP()
+            solver.setup(
+                sparse.csc_matrix(sparse.triu(problem.G, format="csc")),
+                problem.q.copy(),
+                sparse.csc_matrix(sparse.eye_array(problem.size)),
+                np.where(problem.supported, 0.0, -np.inf),
+                np.full(problem.size, np.inf),
+                **settings,
+            )
+            if task.warm_start is not None:
+                solver.warm_start(x=task.warm_start, y=-_reaction(problem, task.warm_start))
+            return solver
+
+        def resume(solver: Any, eps: float, iterations: int) -> Any:
+            if given_up:
+                return None
+            limits = {"time_limit": min(task.seconds_left, 1e10)}
+            solver.update_settings(eps_abs=eps, eps_rel=eps, max_iter=iterations, **limits)
+            return solver.solve(raise_error=False)
+
+        def give_up() -> None:
+            nonlocal given_up
+            given_up = True
+
+        started = time.perf_counter()
+        solver = run_interruptibly(set_up, task.progress)
+        setup_seconds = time.perf_counter() - started
+        gap: Vector | None = None
+        done = 0
+        while True:
+            task.progress.update(f"{done} iterations")
+            result = run_interruptibly(lambda: resume(solver, eps, budget - done), task.progress, give_up)
+            done += int(result.info.iter)
+            status = result.info.status
+            if status == "interrupted":
+                raise KeyboardInterrupt
+            gap = np.array(result.x) if status in _USABLE else gap
+            stop = _STOPS.get(status, Stop.FAILED)
+            if stop is not Stop.DONE or (gap is not None and task.accepts(gap)):
+                break
+            if task.seconds_left <= 0:
+                stop = Stop.TIME_LIMIT
+                break
+            if done >= budget:
+                stop = Stop.ITERATION_LIMIT
+                break
+            eps /= 10
+            if eps < _TIGHTEST:
+                break
+        return Answer(
+            gap=gap,
+            stop=stop,
+            termination=f"{status}, eps {eps:.0e}",
+            iterations=done,
+            setup_seconds=setup_seconds,
+            solve_seconds=time.perf_counter() - started - setup_seconds,
+        )
+
+
+_STOPS = {
+    "solved": Stop.DONE,
+    "solved inaccurate": Stop.DONE,
+    "maximum iterations reached": Stop.ITERATION_LIMIT,
+    "run time limit reached": Stop.TIME_LIMIT,
+}
+_USABLE = frozenset(_STOPS)
+
+
+def _reaction(problem: ContactQP, gap: Vector) -> Vector:
+    """Return the multipliers R of the constraints that a warm start suggests."""
+    reaction = problem.stiffness.matvec(gap) + problem.q
+    return np.where(problem.supported, np.maximum(reaction, 0.0), 0.0)

@@ -1,0 +1,147 @@
+"""Projected successive over-relaxation, the reference method.
+
+Cryer, *The solution of a quadratic programming problem using systematic overrelaxation*, SIAM J. Control 9 (1971). The kernels are in
+`contactqp.sor`.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+
+from .._checks import one_of, open_interval, positive_number
+from ..problem import ContactQP
+from .base import Answer, Backend, Stop, Task
+
+if TYPE_CHECKING:
+    from ..sor.sweepers import Sweeper
+
+_MAX_SWEEPS = 1_000_000
+_NODE_UPDATES_A_CALL = 20_000_000
+"""Bounds the time between two looks at the clock and at the keyboard."""
+
+
+class Psor(Backend):
+    """Cryer's method: node by node ω_i ← max(0, ω_i - β R_i/G_ii), with the newest values."""
+
+    name: ClassVar[str] = "psor"
+    summary: ClassVar[str] = "projected over-relaxation (own kernels)"
+    package: ClassVar[str] = "numba"
+    iteration_unit: ClassVar[str] = "sweep"
+
+    def solve(
+        self,
+        problem: ContactQP,
+        task: Task,
+        *,
+        relaxation: float | Literal["auto"] = "auto",
+        order: Literal["lexicographic", "red-black"] = "lexicographic",
+        stopping: Literal["certified", "step", "residual"] = "certified",
+        stopping_length: float | None = None,
+        history: bool = False,
+    ) -> Answer:
+        """Solve by projected over-relaxation.
+
+        Parameters
+        ----------
+        problem, task
+            See `Backend.solve`; it starts from zero, or from the warm start.
+        relaxation : float in (0, 2) or "auto"
+            The factor β; "auto" raises it while the iteration runs (see `contactqp.sor.relaxation`).
+        order : {"lexicographic", "red-black"}
+            Order of the nodes; the second is for membranes and cables only.
+        stopping : {"certified", "step", "residual"}
+            "certified": when the judge is satisfied. "step": when max|ω_i change| of a sweep is below
+            ``stopping_length``. "residual": when after a sweep max|min(ω_i, R_i/k)| is, with the stiffness k of an arm (on
+            a membrane the tension; for a matrix its largest off-diagonal entry). The sweep that passes is counted.
+        stopping_length : float, optional
+            Length for the last two rules, in the problem's unit; by default ``tol`` times the gap scale. The paper's is
+            0.001 of the spacing.
+        history : bool
+            Whether to record after every sweep "step" (length), "residual" (natural residual, length) and
+            "relaxation".
+        """
+        from ..sor.relaxation import AdaptiveRelaxation
+        from ..sor.sweepers import LatticeSweeper, SparseSweeper
+
+        adaptive = AdaptiveRelaxation() if relaxation == "auto" else None
+        beta = adaptive.beta if adaptive else open_interval(relaxation, 0.0, 2.0, "relaxation")
+        one_of(order, ("lexicographic", "red-black"), "order")
+        one_of(stopping, ("certified", "step", "residual"), "stopping")
+        small = task.tol
+        if stopping_length is not None:
+            small = positive_number(stopping_length, "stopping_length") / task.length_unit
+        stencil = problem.stencil
+        if order == "red-black" and stencil is None:
+            raise ValueError("order='red-black' needs a Membrane or a Cable; a bare matrix has no colours")
+
+        started = time.perf_counter()
+        sweeper: Sweeper
+        start = None if task.warm_start is None else np.where(
+            problem.supported, np.maximum(task.warm_start, 0.0), task.warm_start
+        )
+        if stencil is not None and stencil.uniform:
+            sweeper = LatticeSweeper(stencil, problem.q, problem.supported, start, order == "red-black")
+        else:
+            sweeper = SparseSweeper(problem.stiffness, problem.q, problem.supported, start)
+        arm_weight = _arm_weight(problem) if stopping == "residual" else 1.0
+        setup_seconds = time.perf_counter() - started
+
+        budget = _MAX_SWEEPS if task.max_iter is None else task.max_iter
+        at_once = max(1, _NODE_UPDATES_A_CALL // problem.size)
+        one_by_one = history or adaptive is not None or stopping == "residual"
+        records: list[tuple[float, float, float]] = []
+        done, next_check = 0, 1
+        stop, why = Stop.ITERATION_LIMIT, "sweep limit"
+        while done < budget:
+            sweeps = 1 if one_by_one else min(at_once, budget - done)
+            if stopping == "certified":
+                sweeps = min(sweeps, next_check - done)
+            count, step = sweeper.sweep(beta, sweeps, small if stopping == "step" else 0.0)
+            done += count
+            if history:
+                records.append((step, sweeper.residual(1.0), beta))
+            if stopping == "step" and step < small:
+                stop, why = Stop.DONE, f"step {step * task.length_unit:.2g}"
+                break
+            if stopping == "residual":
+                residual = sweeper.residual(arm_weight)
+                if residual < small:
+                    stop, why = Stop.DONE, f"residual {residual * task.length_unit:.2g}"
+                    break
+            if stopping == "certified" and done >= next_check:
+                bound = task.bound(sweeper.gap())
+                task.progress.update(f"{done} sweeps, bound {bound:.1e}")
+                if bound <= task.target:
+                    stop, why = Stop.DONE, f"certified bound {bound:.2g}"
+                    break
+                next_check = done + max(1, done // 20)
+            if task.seconds_left <= 0:
+                stop, why = Stop.TIME_LIMIT, "time limit"
+                break
+            if adaptive:
+                adaptive.observe(step)
+                beta = adaptive.beta
+        names = ("step", "residual", "relaxation")
+        columns = np.array(records).reshape(-1, 3).T * np.array([[task.length_unit], [task.length_unit], [1.0]])
+        return Answer(
+            gap=sweeper.gap(),
+            stop=stop,
+            termination=f"{why} after {done} sweeps, relaxation {beta:.3f}",
+            iterations=done,
+            setup_seconds=setup_seconds,
+            solve_seconds=time.perf_counter() - started - setup_seconds,
+            history=dict(zip(names, columns, strict=True)) if history else {},
+        )
+
+
+def _arm_weight(problem: ContactQP) -> float:
+    """Return G_ii over the stiffness of an arm, by which R_i/G_ii becomes R_i over that stiffness."""
+    largest = float(problem.stiffness.diagonal().max())
+    if problem.stencil is not None and problem.stencil.uniform:
+        return largest / max(float(problem.stencil.horizontal), float(problem.stencil.vertical))
+    entries = problem.G.tocoo()
+    off = np.abs(entries.data[entries.coords[0] != entries.coords[1]])
+    return largest / float(off.max()) if off.size else 1.0

@@ -1,0 +1,117 @@
+"""Barrier: a vector v > 0 with G v > 0, by which a Z-matrix G is proven to be an M-matrix.
+
+A Z-matrix (off-diagonal entries <= 0) is a nonsingular M-matrix exactly if such a v exists (Berman and
+Plemmons, *Nonnegative Matrices in the Mathematical Sciences*, 1994, ch. 6, condition I27). Discretised
+elliptic problems call v a barrier function. Every bound of a `Certificate` is a multiple of v.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ._checks import Vector
+from .rounding import growth_bound
+from .stencil import Stencil
+
+if TYPE_CHECKING:
+    from .stiffness import Stiffness
+
+_DIRECT_SIZE = 2000
+"""Up to this many rows a factorisation is faster than conjugate gradients."""
+
+
+@dataclass(frozen=True)
+class Barrier:
+    """A vector v > 0 and a proven lower bound s > 0 of G v.
+
+    Attributes
+    ----------
+    v : array, shape (n,)
+        The barrier.
+    s : array, shape (n,)
+        Lower bound of G v, rounding errors included.
+    kind : str
+        How v was found: ``"paraboloid"``, ``"strip along x"``, ``"strip along y"`` or ``"linear solve"``.
+    """
+
+    v: Vector
+    s: Vector
+    kind: str
+
+    @property
+    def reach(self) -> float:
+        """Largest v for a smallest s of one: the error per unit of residual that this barrier can promise."""
+        return float(self.v.max() / self.s.min())
+
+    def scaled(self, factor: float) -> Barrier:
+        """Return the barrier of ``factor`` times G."""
+        return Barrier(self.v, self.s * factor, self.kind)
+
+
+def find_barrier(stiffness: Stiffness) -> Barrier | None:
+    """Return a barrier of a symmetric Z-matrix, or None where none is found (then G is no M-matrix).
+
+    On a lattice the candidates cost one pass each: a paraboloid about the middle of the nodes, and a
+    parabola across them along x or y, each >= 0 on the frame; the one with the least `Barrier.reach` is
+    taken. Otherwise v solves G v = diag(G).
+    """
+    if isinstance(stiffness, Stencil):
+        candidates = [_checked(stiffness, v, kind) for kind, v in _parabolas(stiffness)]
+        good = [candidate for candidate in candidates if candidate is not None]
+        if good:
+            return min(good, key=lambda candidate: candidate.reach)
+    return _solved(stiffness)
+
+
+def _parabolas(stencil: Stencil) -> list[tuple[str, Vector]]:
+    """Return concave functions that are >= 0 on the frame; whole numbers, so that they are exact."""
+    frame_rows, frame_columns = np.nonzero(stencil.frame_points())
+    rows, columns = np.nonzero(stencil.mask)
+    rows, columns = rows + 1, columns + 1
+    left, right = frame_columns.min(), frame_columns.max()
+    bottom, top = frame_rows.min(), frame_rows.max()
+    twice_row, twice_column = bottom + top, left + right
+
+    def distance_squared(row: np.ndarray, column: np.ndarray) -> np.ndarray:
+        return np.asarray((2 * row - twice_row) ** 2 + (2 * column - twice_column) ** 2)
+
+    rim = distance_squared(frame_rows, frame_columns).max()
+    return [
+        ("paraboloid", (rim - distance_squared(rows, columns)) / 4.0),
+        ("strip along x", ((rows - bottom) * (top - rows)).astype(np.float64)),
+        ("strip along y", ((columns - left) * (right - columns)).astype(np.float64)),
+    ]
+
+
+def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
+    """Return the barrier if v > 0 and G v > 0 hold beyond rounding; nothing is assumed of v."""
+    if not (np.isfinite(v).all() and v.min() > 0):
+        return None
+    product = stiffness.matvec(v)
+    magnitude = 2 * stiffness.diagonal() * v - product
+    s = product - growth_bound(stiffness) * magnitude
+    return Barrier(v, s, kind) if s.min() > 0 else None
+
+
+def _solved(stiffness: Stiffness) -> Barrier | None:
+    from scipy.sparse import linalg
+
+    right = stiffness.diagonal()
+    if stiffness.size > _DIRECT_SIZE:
+        inverse = 1 / right
+        shape = (stiffness.size, stiffness.size)
+        operator = linalg.LinearOperator(shape, matvec=stiffness.matvec, dtype=np.float64)
+        jacobi = linalg.LinearOperator(shape, matvec=lambda vector: vector * inverse, dtype=np.float64)
+        for tolerance in (1e-3, 1e-6):
+            v, _ = linalg.cg(operator, right, rtol=tolerance, M=jacobi, maxiter=4000)
+            barrier = _checked(stiffness, np.asarray(v), "linear solve")
+            if barrier is not None:
+                return barrier
+    try:
+        factors = linalg.splu(stiffness.tocsr().tocsc(), permc_spec="MMD_AT_PLUS_A")
+    except RuntimeError:
+        return None
+    return _checked(stiffness, factors.solve(right), "linear solve")

@@ -1,0 +1,111 @@
+"""Cable: stretched between fixed ends, in the vicinity of rigid ground."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ._checks import finite_number, integer_at_least, positive_number
+from .lattice import Lattice
+from .model import TensionedNet
+
+
+class Cable(TensionedNet):
+    r"""A cable of constant tension over a smooth, rigid support.
+
+    -T w″ = p - ρ between fixed ends; three-point differences give G = (T/Δ) tridiag(-1, 2, -1), P = pΔ, and the same
+    complementarity problem as for a membrane.
+
+    Parameters
+    ----------
+    span : float, optional
+        Distance of the ends (length), a whole multiple of the spacing. Give ``span`` or ``nodes``.
+    nodes : int, optional
+        Number of nodes between the ends: span = (nodes + 1) spacing.
+    spacing : float
+        Δ, distance of neighbouring nodes (length), > 0.
+    tension : float
+        T, force, > 0.
+    load : number, array or function of x
+        Active load p, positive downwards, force per length. A function of (x, y) gets y = 0.
+    support : number, array or function of x
+        Ordinate f of the ground, positive downwards, length; ``inf`` where there is none.
+    frame_height : number or function of x
+        Ordinates of the ends, positive downwards, length.
+    start : float
+        Abscissa of the left end (length).
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has the wrong kind, shape or range; the message names it.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> cable = cq.Cable(span=10.0, spacing=1.0, tension=1.0, load=1.0, support=2.0)
+    >>> cable
+    Cable(9 nodes, spacing=1, tension=1)
+    >>> cq.solve(cable, backend="clarabel").contact.nonzero()[0] + 1
+    array([3, 4, 5, 6, 7])
+    """
+
+    _tension_unit = "force"
+    _load_unit = "force per length"
+    _pressure_unit = "force per length"
+
+    def __init__(
+        self,
+        span: float | None = None,
+        nodes: int | None = None,
+        *,
+        spacing: float,
+        tension: float,
+        load: Any,
+        support: Any,
+        frame_height: Any = 0.0,
+        start: float = 0.0,
+    ) -> None:
+        spacing = positive_number(spacing, "spacing")
+        tension = positive_number(tension, "tension")
+        start = finite_number(start, "start")
+        count = _node_count(span, nodes, spacing)
+        lattice = Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
+        load, support, frame_height = (_along_x(field) for field in (load, support, frame_height))
+        super().__init__(
+            lattice, tension, load, support, frame_height, area=spacing, arms=(tension / spacing, 0.0)
+        )
+
+    @property
+    def span(self) -> float:
+        """Distance of the ends (length)."""
+        return self.lattice.spacing * (self.lattice.size + 1)
+
+
+def _node_count(span: float | None, nodes: int | None, spacing: float) -> int:
+    if (span is None) == (nodes is None):
+        raise ValueError(f"give either span or nodes, got span={span!r}, nodes={nodes!r}")
+    if nodes is not None:
+        return integer_at_least(nodes, 1, "nodes")
+    ratio = positive_number(span, "span") / spacing
+    if abs(ratio - round(ratio)) > 1e-9 * ratio or round(ratio) < 2:
+        raise ValueError(
+            f"span must be a whole multiple (2 or more) of the spacing, got {span:g} / {spacing:g} = {ratio:.12g}"
+        )
+    return round(ratio) - 1
+
+
+def _along_x(field: Any) -> Any:
+    """Let a function of x alone stand for one of (x, y); leave everything else as it is."""
+    if not callable(field):
+        return field
+    import inspect
+
+    try:
+        inspect.signature(field).bind(None, None)
+    except TypeError:
+        return lambda x, y: field(x)
+    except ValueError:  # builtins without a signature, such as numpy's ufuncs, take x
+        return lambda x, y: field(x)
+    return field

@@ -1,0 +1,90 @@
+"""Fields: the ways in which a load, a support or a frame height may be given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._checks import Vector, real_array
+from .lattice import Lattice
+
+Field: TypeAlias = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
+"""A number, an array on the lattice's shape, a vector in node order, an xarray.DataArray, or a function of (x, y)."""
+
+
+def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+    """Return the values of a field at the nodes.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    field : number, array, xarray.DataArray or function of (x, y)
+        An array has the lattice's shape, or is a vector in node order. A DataArray has dims y and x (or x alone
+        on a cable) and, where it carries coordinates, holds the lattice's points. A function
+        gets the nodes' coordinates as two vectors and returns a vector or a number.
+    name : str
+        The argument's name, for messages.
+    allow_inf : bool
+        Whether +inf is a value (a support that is not there).
+
+    Returns
+    -------
+    array, shape (size,)
+
+    Raises
+    ------
+    TypeError
+        If the values are complex or not numeric.
+    ValueError
+        If the shape does not fit, or a node's value is nan or not finite.
+    """
+    if callable(field):
+        values = real_array(field(lattice.node_x, lattice.node_y), f"{name}(x, y)")
+        if values.shape not in ((), (lattice.size,)):
+            raise ValueError(
+                f"{name}(x, y) must return a number or shape ({lattice.size},) for the {lattice.size} nodes, got {values.shape}"
+            )
+    elif hasattr(field, "dims") and hasattr(field, "coords"):
+        values = lattice.gather(_on_lattice(lattice, field, name))
+    else:
+        values = real_array(field, name)
+        if values.shape == lattice.shape:
+            values = lattice.gather(values)
+        elif values.shape not in ((), (lattice.size,)):
+            raise ValueError(
+                f"{name} must be a number, an array of the lattice's shape {lattice.shape} or a vector of its "
+                f"{lattice.size} nodes, got shape {values.shape}"
+            )
+    vector = np.full(lattice.size, float(values)) if values.ndim == 0 else values
+    good = np.isfinite(vector) | (vector == np.inf) if allow_inf else np.isfinite(vector)
+    if not good.all():
+        worst = int(np.argmin(good))
+        wanted = "finite or +inf (no support)" if allow_inf else "finite"
+        raise ValueError(f"{name} must be {wanted}, but is {vector[worst]} at {lattice.describe(worst)}")
+    return vector
+
+
+def _on_lattice(lattice: Lattice, field: Any, name: str) -> NDArray[np.float64]:
+    """Return a DataArray's values on the lattice's shape."""
+    wanted = ("y", "x")
+    if field.dims == ("x",) and lattice.shape[0] == 1:
+        field = field.expand_dims("y")
+    if set(field.dims) != set(wanted):
+        raise ValueError(f"{name} must have the dims ('y', 'x'), got {field.dims}")
+    field = field.transpose(*wanted)
+    for dim, points in (("y", lattice.y), ("x", lattice.x)):
+        if dim in field.coords:
+            try:
+                field = field.sel({dim: points}, method="nearest", tolerance=1e-6 * lattice.spacing)
+            except KeyError:
+                raise ValueError(
+                    f"{name} does not cover the lattice: its {dim} must hold {points[0]:g}, ..., {points[-1]:g} "
+                    f"({points.size} values, spacing {lattice.spacing:g})"
+                ) from None
+    values = real_array(field.values, name)
+    if values.shape != lattice.shape:
+        raise ValueError(f"{name} must have the lattice's shape {lattice.shape}, got {values.shape}")
+    return values

@@ -1,0 +1,143 @@
+"""The judge: what an answer is worth, from the problem's own data alone."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from ._checks import Vector
+from .certificate import Certificate, certify
+from .problem import ContactQP
+
+
+class Status(StrEnum):
+    """What the judge found; `advice` says what to do about it."""
+
+    CERTIFIED = "certified"
+    SOLVED = "solved"
+    INACCURATE = "inaccurate"
+    ITERATION_LIMIT = "iteration_limit"
+    TIME_LIMIT = "time_limit"
+    FAILED = "failed"
+
+    @property
+    def ok(self) -> bool:
+        """Whether the answer is as good as was asked for."""
+        return self in (Status.CERTIFIED, Status.SOLVED)
+
+    @property
+    def advice(self) -> str:
+        """One sentence for the person who reads the status."""
+        return _ADVICE[self]
+
+
+_ADVICE = {
+    Status.CERTIFIED: "The true gap is proven to lie within tol of the answer.",
+    Status.SOLVED: "The residuals are within tol; for this matrix no enclosure is known, so nothing is proven.",
+    Status.INACCURATE: "Use it with the bound that it achieved, loosen tol, or take another backend.",
+    Status.ITERATION_LIMIT: "Raise max_iter, pass this answer as warm_start, or take another backend.",
+    Status.TIME_LIMIT: "Raise time_limit, pass this answer as warm_start, or take another backend.",
+    Status.FAILED: "Take another backend; the solution's termination says what this one reported.",
+}
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """How far an answer is from the optimality conditions.
+
+    Attributes
+    ----------
+    min_gap : float
+        min ω_i over supported nodes (length): negative is a primal violation.
+    min_reaction : float
+        min R_i (force): negative is a dual violation.
+    complementarity : float
+        ωᵀR (force times length): the duality gap, if both are feasible.
+    natural_residual : float
+        max |min(ω_i, R_i/G_ii)| (length), |R_i/G_ii| where there is no support: zero at the solution only.
+    objective : float
+        ½ωᵀGω + qᵀω (force times length).
+    """
+
+    min_gap: float
+    min_reaction: float
+    complementarity: float
+    natural_residual: float
+    objective: float
+
+    def to_dict(self) -> dict[str, float]:
+        """Return the residuals by name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The judge's findings on one answer.
+
+    Attributes
+    ----------
+    status : Status
+    residuals : Residuals or None
+        None if the answer is not a finite vector.
+    certificate : Certificate or None
+        None if the answer is not a finite vector or the matrix is no M-matrix.
+    relative_bound : float
+        The certified bound over the problem's gap scale; without a certificate the natural residual
+        over it; infinite where there is no answer.
+    """
+
+    status: Status
+    residuals: Residuals | None
+    certificate: Certificate | None
+    relative_bound: float
+
+
+def compute_residuals(problem: ContactQP, gap: Vector) -> Residuals:
+    """Return the `Residuals` of ``gap``, a finite vector of the problem's size."""
+    product = problem.stiffness.matvec(gap)
+    reaction = product + problem.q
+    supported = problem.supported
+    correction = reaction / problem.stiffness.diagonal()
+    natural = np.where(supported, np.minimum(gap, correction), correction)
+    return Residuals(
+        min_gap=float(gap.min(where=supported, initial=np.inf)),
+        min_reaction=float(reaction.min()),
+        complementarity=float(gap @ reaction),
+        natural_residual=float(np.abs(natural).max()),
+        objective=float(0.5 * (gap @ product) + problem.q @ gap),
+    )
+
+
+def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | None = None) -> Verdict:
+    """Judge an answer.
+
+    Parameters
+    ----------
+    problem : ContactQP
+        The problem as posed, not scaled.
+    gap : array, shape (n,), or None
+        The answer (length); None if the backend returned nothing.
+    tol : float
+        Tolerance on the certified bound of the gap, relative to ``problem.gap_scale``.
+    limit : Status, optional
+        Why the backend stopped early, if it did: the status of an answer that is not good enough.
+
+    Returns
+    -------
+    Verdict
+    """
+    if gap is None or gap.shape != (problem.size,) or not np.isfinite(gap).all():
+        status = limit if limit in (Status.TIME_LIMIT, Status.ITERATION_LIMIT) else Status.FAILED
+        return Verdict(status, None, None, np.inf)
+    residuals = compute_residuals(problem, gap)
+    certificate = None
+    if problem.is_m_matrix:
+        certificate = certify(problem, gap)
+        error, good = certificate.gap_bound, Status.CERTIFIED
+    else:
+        error, good = residuals.natural_residual, Status.SOLVED
+    relative = error / problem.gap_scale
+    status = good if relative <= tol else limit or Status.INACCURATE
+    return Verdict(status, residuals, certificate, relative)

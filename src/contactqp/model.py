@@ -1,0 +1,217 @@
+"""What membranes and cables have in common: a tensioned net over a support, posed as a `ContactQP`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ._checks import Mask, Vector, finite_number, read_only, real_array
+from .barrier import find_barrier
+from .fields import sample
+from .lattice import Lattice
+from .problem import ContactQP
+from .stencil import Stencil
+
+
+@dataclass(frozen=True)
+class ForceBalance:
+    """Resultants on the nodes, all vertical (force).
+
+    Attributes
+    ----------
+    load : float
+        ΣP, downwards.
+    reaction : float
+        ΣR, upwards, of the support.
+    frame : float
+        Pull of the frame through the arms that end on it, upwards.
+    """
+
+    load: float
+    reaction: float
+    frame: float
+
+    @property
+    def imbalance(self) -> float:
+        """ΣP - ΣR - frame: zero but for rounding."""
+        return self.load - self.reaction - self.frame
+
+
+class TensionedNet:
+    """A net of tensioned arms on a lattice, stretched over a support.
+
+    Base of `Membrane` and `Cable`, which choose the stiffness of the arms and the load's unit.
+
+    Attributes
+    ----------
+    lattice : Lattice
+    tension : float
+        Force per length in a membrane, force in a cable.
+    load : array, shape (n,)
+        Active pressure at the nodes, positive downwards: force per area (cable: per length).
+    support : array, shape (n,)
+        Ordinate of the rigid profile, positive downwards (length); +inf where there is none.
+    nodal_load : array, shape (n,)
+        Active force P on each node (force).
+    stencil : Stencil
+        The stiffness G.
+    """
+
+    _tension_unit: str
+    _load_unit: str
+    _pressure_unit: str
+
+    def __init__(
+        self,
+        lattice: Lattice,
+        tension: float,
+        load: Any,
+        support: Any,
+        frame_height: Any,
+        *,
+        area: float,
+        arms: tuple[float, float],
+    ) -> None:
+        if not isinstance(lattice, Lattice):
+            raise TypeError(
+                f"lattice must be a Lattice, got {type(lattice).__name__}; make one with Frame.lattice or Lattice.from_mask"
+            )
+        self.lattice = lattice
+        self.tension = tension
+        self.stencil = Stencil(lattice.mask, *arms)
+        self.node_area = area
+        self.load: Vector = read_only(sample(lattice, load, "load"))
+        self.support: Vector = read_only(sample(lattice, support, "support", allow_inf=True))
+        self.nodal_load: Vector = read_only(self.load * area)
+        self._heights = _frame_heights(self.stencil, lattice, frame_height)
+        self._frame_force = None if self._heights is None else self.stencil.frame_force(self._heights)
+
+    @cached_property
+    def supported(self) -> Mask:
+        """Where there is a support, shape (n,)."""
+        return read_only(np.isfinite(self.support))
+
+    @property
+    def reference(self) -> Vector:
+        """Ordinates that the gap is measured from: the support, and the frame's plane where there is none."""
+        return np.where(self.supported, self.support, 0.0)
+
+    @cached_property
+    def problem(self) -> ContactQP:
+        """The contact problem: q = P + b - G f, with b the pull of a frame that is not at height zero."""
+        active = self.nodal_load if self._frame_force is None else self.nodal_load + self._frame_force
+        shape = self.stencil.matvec(self.reference)
+        return ContactQP(
+            self.stencil, active - shape, supported=self.supported, gap_scale=self._gap_scale(active, shape)
+        )
+
+    def _gap_scale(self, active: Vector, shape: Vector) -> float | None:
+        """Mean gap that load or support alone would open: unlike q it does not vanish where they cancel."""
+        barrier = find_barrier(self.stencil)
+        if barrier is None:
+            return None
+        scale = max(barrier.v @ np.abs(active), barrier.v @ np.abs(shape)) / barrier.s.sum()
+        return float(scale) or None
+
+    def deflection(self, gap: Vector) -> Vector:
+        """Return w = f - ω (length, positive downwards), -ω where there is no support."""
+        return np.asarray(self.reference - gap)
+
+    def force_balance(self, gap: Vector) -> ForceBalance:
+        """Return the resultants of load, support and frame for a gap vector."""
+        deflection = self.deflection(gap)
+        frame_pull = self.stencil.matvec(deflection).sum()
+        if self._frame_force is not None:
+            frame_pull -= self._frame_force.sum()
+        return ForceBalance(
+            load=float(self.nodal_load.sum()),
+            reaction=float(self.problem.reaction(gap).sum()),
+            frame=float(frame_pull),
+        )
+
+    def max_slope(self, gap: Vector) -> float:
+        """Return the largest difference quotient of the deflection along any arm (no unit)."""
+        heights = self.padded_deflection(gap)
+        joined = self.stencil.padded_mask() | self.stencil.frame_points()
+        mask = self.stencil.padded_mask()
+        steepest = 0.0
+        directions = [(self.stencil.horizontal, 1), (self.stencil.vertical, 0)]
+        for arms, axis in directions:
+            if not arms.any():
+                continue
+            both = _pairs(joined, axis)
+            touches_node = np.logical_or(*_ends(mask, axis))
+            rise = np.abs(np.diff(heights, axis=axis))
+            steepest = max(steepest, float(rise.max(where=both & touches_node, initial=0.0)))
+        return steepest / self.lattice.spacing
+
+    def padded_deflection(self, gap: Vector) -> Vector:
+        """Return w on the net with a ring of frame points about it, shape (rows + 2, columns + 2)."""
+        padded = self.stencil.pad(self.deflection(gap))
+        if self._heights is not None:
+            padded = np.where(self.stencil.padded_mask(), padded, self._heights)
+        return padded
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the model's quantities in words, by name."""
+        return {
+            "gap": "length",
+            "deflection": "length",
+            "support": "length",
+            "reaction": "force",
+            "load": self._load_unit,
+            "contact_pressure": self._pressure_unit,
+        }
+
+    def __repr__(self) -> str:
+        unsupported = int(np.count_nonzero(~self.supported))
+        note = f", {unsupported} unsupported" if unsupported else ""
+        return f"{type(self).__name__}({self.lattice.size} nodes, spacing={self.lattice.spacing:g}, tension={self.tension:g}{note})"
+
+
+def _frame_heights(stencil: Stencil, lattice: Lattice, value: Any) -> Vector | None:
+    """Return the frame's ordinates on the net with a ring about it, or None if they are zero."""
+    if np.ndim(value) == 0 and not callable(value):
+        value = finite_number(value, "frame_height")
+        if value == 0:
+            return None
+    rows, columns = lattice.shape
+    padded = np.zeros((rows + 2, columns + 2))
+    needed = stencil.frame_points()
+    if callable(value):
+        row, column = np.nonzero(needed)
+        x = lattice.origin[0] + lattice.spacing * (column - 1)
+        y = lattice.origin[1] + lattice.spacing * (row - 1)
+        heights = real_array(value(x, y), "frame_height(x, y)")
+        if heights.shape not in ((), x.shape):
+            raise ValueError(f"frame_height(x, y) must return a number or shape {x.shape}, got {heights.shape}")
+        padded[needed] = heights
+    elif np.ndim(value) == 0:
+        padded[needed] = value
+    else:
+        grid = real_array(value, "frame_height")
+        if grid.shape != lattice.shape:
+            raise ValueError(f"frame_height must be a number, a function or have shape {lattice.shape}, got {grid.shape}")
+        inner = needed[1:-1, 1:-1]
+        if inner.sum() != needed.sum():
+            raise ValueError(
+                "frame_height as an array cannot reach frame points outside the lattice's array; pass a function of (x, y)"
+            )
+        padded[1:-1, 1:-1][inner] = grid[inner]
+    if not np.isfinite(padded).all():
+        raise ValueError("frame_height must be finite at every frame point that a node is joined to")
+    return padded
+
+
+def _ends(points: Mask, axis: int) -> tuple[Mask, Mask]:
+    return (points[:-1], points[1:]) if axis == 0 else (points[:, :-1], points[:, 1:])
+
+
+def _pairs(points: Mask, axis: int) -> Mask:
+    return np.asarray(np.logical_and(*_ends(points, axis)))
+
+

@@ -1,0 +1,193 @@
+"""ContactQP: the quadratic program min 1/2 w'Gw + q'w, w >= 0, and its data's properties."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._checks import Mask, Vector, positive_number, read_only, vector
+from .barrier import Barrier, find_barrier
+from .stencil import Stencil
+from .stiffness import SparseStiffness, Stiffness, checked_matrix, refuse_indefinite
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+
+@dataclass(frozen=True)
+class Units:
+    """What one of a dimensionless problem's units is worth in the original problem's.
+
+    Attributes
+    ----------
+    length : float
+        Unit of the gap (length).
+    force : float
+        Unit of q and of the reaction (force).
+    """
+
+    length: float
+    force: float
+
+
+class ContactQP:
+    r"""A contact problem as a quadratic program: min ½ωᵀGω + qᵀω subject to ω ≥ 0.
+
+    Its optimality conditions are the linear complementarity problem R = Gω + q ≥ 0, ω ≥ 0, ωᵀR = 0, with the
+    gap ω and the reaction R; eqs. (2.9)-(2.11) of the paper that contactqp starts from. The solution is
+    unique because G is positive definite.
+
+    Parameters
+    ----------
+    G : sparse array, dense array or Stencil, shape (n, n)
+        Stiffness (force per length), symmetric and positive definite: this is checked.
+    q : array, shape (n,)
+        Reaction that would hold the gap shut (force).
+    supported : array of bool, shape (n,), optional
+        False where there is no support: there ω may take either sign, and R = 0. All True by default.
+    gap_scale : float, optional
+        Length by which tolerances are measured. By default (vᵀ|q|)/(1ᵀs) with the `barrier` (v, s): the s-weighted
+        mean of the gap that |q| would open without a support.
+
+    Raises
+    ------
+    TypeError
+        If G or q is complex or not numeric.
+    ValueError
+        If G is not square, finite, symmetric and positive definite, or q has the wrong shape or is not finite.
+
+    Notes
+    -----
+    A stiffness given as a `Stencil` is assembled only when `G` is asked for.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import contactqp as cq
+    >>> problem = cq.ContactQP(np.array([[2.0, -1.0], [-1.0, 2.0]]), np.array([-1.0, 3.0]))
+    >>> problem
+    ContactQP(2 unknowns, 4 nonzeros, M-matrix)
+    >>> problem.reaction([0.5, 0.0])
+    array([0. , 2.5])
+    >>> problem.objective([0.5, 0.0])
+    -0.25
+    """
+
+    def __init__(
+        self,
+        G: Any,
+        q: ArrayLike,
+        *,
+        supported: ArrayLike | None = None,
+        gap_scale: float | None = None,
+    ) -> None:
+        self.stiffness: Stiffness
+        if isinstance(G, Stencil):
+            self.stiffness = G
+        else:
+            matrix = checked_matrix(G)
+            refuse_indefinite(matrix)
+            self.stiffness = SparseStiffness(matrix)
+        self.q: Vector = read_only(vector(q, self.stiffness.size, "q"))
+        self.supported: Mask = read_only(_support_mask(supported, self.size))
+        self._gap_scale = None if gap_scale is None else positive_number(gap_scale, "gap_scale")
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns n."""
+        return self.stiffness.size
+
+    @cached_property
+    def G(self) -> csr_array:
+        """The stiffness as a sparse array; assembled at the first call."""
+        return self.stiffness.tocsr()
+
+    @property
+    def stencil(self) -> Stencil | None:
+        """The stiffness as a lattice stencil, or None where G was given as a matrix."""
+        return self.stiffness if isinstance(self.stiffness, Stencil) else None
+
+    @cached_property
+    def positive_off_diagonal(self) -> tuple[int, int, float] | None:
+        """Row, column and value of the largest positive off-diagonal entry, or None for a Z-matrix."""
+        if isinstance(self.stiffness, Stencil):
+            return None
+        entries = self.G.tocoo()
+        i, j = entries.coords
+        off = np.where(i != j, entries.data, 0.0)
+        worst = int(np.argmax(off))
+        return (int(i[worst]), int(j[worst]), float(off[worst])) if off[worst] > 0 else None
+
+    @property
+    def is_z_matrix(self) -> bool:
+        """Whether every off-diagonal entry of G is <= 0."""
+        return self.positive_off_diagonal is None
+
+    @property
+    def is_m_matrix(self) -> bool:
+        """Whether G is a Z-matrix with a verified `barrier`."""
+        return self.barrier is not None
+
+    @cached_property
+    def barrier(self) -> Barrier | None:
+        """A vector v > 0 with Gv > 0 that proves G an M-matrix, or None where G is not one."""
+        return find_barrier(self.stiffness) if self.is_z_matrix else None
+
+    @cached_property
+    def gap_scale(self) -> float:
+        """Length by which tolerances are measured, > 0 (see the class)."""
+        if self._gap_scale is not None:
+            return self._gap_scale
+        force = np.abs(self.q)
+        if self.barrier is not None:
+            scale = float(self.barrier.v @ force / self.barrier.s.sum())
+        else:
+            scale = float((force / self.stiffness.diagonal()).max())
+        return scale if scale > 0 else 1.0
+
+    def objective(self, gap: ArrayLike) -> float:
+        """Return ½ωᵀGω + qᵀω (force times length): the potential energy less that of the shut gap."""
+        omega = vector(gap, self.size, "gap")
+        return float(0.5 * (omega @ self.stiffness.matvec(omega)) + self.q @ omega)
+
+    def reaction(self, gap: ArrayLike) -> Vector:
+        """Return R = Gω + q (force), shape (n,)."""
+        omega = vector(gap, self.size, "gap")
+        return self.stiffness.matvec(omega) + self.q
+
+    def scaled(self) -> tuple[ContactQP, Units]:
+        """Return the dimensionless problem (largest diagonal entry 1, gap scale 1) and its units.
+
+        Its solution times ``units.length`` is this problem's.
+        """
+        stiffness_unit = float(self.stiffness.diagonal().max())
+        units = Units(length=self.gap_scale, force=stiffness_unit * self.gap_scale)
+        problem = ContactQP.__new__(ContactQP)
+        problem.stiffness = self.stiffness.scaled(1 / stiffness_unit)
+        problem.q = read_only(self.q / units.force)
+        problem.supported = self.supported
+        problem._gap_scale = 1.0
+        problem.__dict__["positive_off_diagonal"] = self.positive_off_diagonal
+        problem.__dict__["barrier"] = None if self.barrier is None else self.barrier.scaled(1 / stiffness_unit)
+        return problem, units
+
+    def __repr__(self) -> str:
+        kind = "M-matrix" if self.is_m_matrix else "Z-matrix" if self.is_z_matrix else "no Z-matrix"
+        free = int(np.count_nonzero(~self.supported))
+        unsupported = f", {free} unsupported" if free else ""
+        return f"ContactQP({self.size} unknowns, {self.stiffness.nonzeros} nonzeros, {kind}{unsupported})"
+
+
+def _support_mask(value: ArrayLike | None, size: int) -> Mask:
+    if value is None:
+        return np.ones(size, dtype=np.bool_)
+    mask = np.array(value)
+    if mask.dtype != np.bool_:
+        raise TypeError(f"supported must be boolean, got dtype {mask.dtype}")
+    if mask.shape != (size,):
+        raise ValueError(f"supported must have shape ({size},), got {mask.shape}")
+    return mask

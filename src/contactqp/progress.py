@@ -1,0 +1,107 @@
+"""Progress of long work: a line on a terminal after one second, nothing elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, TimeoutError
+from threading import Thread
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from rich.status import Status as RichStatus
+
+T = TypeVar("T")
+
+_PATIENCE = 1.0
+"""Seconds of work before anything is shown."""
+
+
+class Progress:
+    """Shows what is being done on a terminal's standard error, once it takes over a second.
+
+    Parameters
+    ----------
+    title : str
+        What is being done.
+    shown : bool, optional
+        Whether to show anything; by default only if standard error is a terminal.
+    """
+
+    def __init__(self, title: str, shown: bool | None = None) -> None:
+        self.title = title
+        self.detail = ""
+        self._shown = sys.stderr.isatty() if shown is None else shown
+        self._start = time.perf_counter()
+        self._status: RichStatus | None = None
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._status is not None:
+            self._status.stop()
+            self._status = None
+
+    def update(self, detail: str | None = None) -> None:
+        """Show ``detail`` and the time elapsed; cheap to call often."""
+        if detail is not None:
+            self.detail = detail
+        elapsed = time.perf_counter() - self._start
+        if not self._shown or elapsed < _PATIENCE:
+            return
+        if self._status is None:
+            from rich.console import Console
+
+            self._status = Console(stderr=True).status("")
+            self._status.start()
+        parts = [self.title, self.detail, f"{elapsed:.0f} s"]
+        self._status.update(" · ".join(part for part in parts if part))
+
+
+def run_interruptibly(call: Callable[[], T], progress: Progress | None = None, abandon: Callable[[], None] | None = None) -> T:
+    """Run a long call into a compiled library so that Ctrl-C is answered at once.
+
+    The call runs in a thread of its own, which the main thread waits for; libraries that release the
+    interpreter lock (osqp, clarabel and HiGHS do) cannot hold the interrupt back.
+
+    Parameters
+    ----------
+    call : callable
+        The work; what it returns or raises is passed on.
+    progress : Progress, optional
+        Kept up to date while waiting.
+    abandon : callable, optional
+        Asks the library to stop, after an interrupt.
+    """
+    future: Future[T] = Future()
+
+    def work() -> None:
+        try:
+            future.set_result(call())
+        except BaseException as error:
+            future.set_exception(error)
+
+    Thread(target=work, daemon=True).start()
+    try:
+        while True:
+            try:
+                return future.result(timeout=0.1)
+            except TimeoutError:
+                if future.done():
+                    raise
+                if progress is not None:
+                    progress.update()
+    except KeyboardInterrupt:
+        if abandon is not None:
+            abandon()
+        raise
+
+
+def silent() -> Progress:
+    """Return a progress that shows nothing."""
+    return Progress("", shown=False)
+
+

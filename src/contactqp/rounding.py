@@ -1,0 +1,34 @@
+"""Bounds of rounding errors: Higham, *Accuracy and Stability of Numerical Algorithms* (2002), ch. 3."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .stiffness import Stiffness
+
+UNIT_ROUNDOFF = 2.0**-53
+
+
+def gamma(operations: int) -> float:
+    """Return gamma_k = k u / (1 - k u), Higham (2002), lemma 3.1."""
+    error = operations * UNIT_ROUNDOFF
+    return error / (1 - error)
+
+
+def growth_bound(stiffness: Stiffness) -> float:
+    """Return c such that a computed row of G x + q is within c (|G| |x| + |q|) of the exact one.
+
+    A row with m entries takes m products and m sums (Higham 2002, eq. 3.5); four operations are added for the
+    evaluation of the bound itself.
+    """
+    return gamma(longest_row(stiffness) + 6)
+
+
+def longest_row(stiffness: Stiffness) -> int:
+    """Return the largest number of entries in a row of G."""
+    from .stencil import Stencil
+
+    return 5 if isinstance(stiffness, Stencil) else int(np.diff(stiffness.tocsr().indptr).max())

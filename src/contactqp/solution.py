@@ -1,0 +1,164 @@
+"""Solution: an answer, what it is worth, and the quantities that follow from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._checks import Mask, Vector, read_only
+from .certificate import Certificate
+from .judge import Residuals, Status
+from .model import ForceBalance, TensionedNet
+from .problem import ContactQP
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+SLOPE_LIMIT = 0.2
+"""Above this slope the hypothesis of small deformations, (c) of the paper, is worth a remark."""
+
+
+@dataclass(frozen=True, repr=False)
+class Solution:
+    """The answer of one backend to one problem, judged.
+
+    Attributes
+    ----------
+    problem : ContactQP
+    model : Membrane, Cable or None
+        None if a bare `ContactQP` was solved.
+    backend : str
+        Name of the backend that answered.
+    note : str
+        Why ``"auto"`` chose it, and what the backend has to tell.
+    gap : array, shape (n,)
+        The backend's ω (length), as it is; nan if it returned nothing. Where there is no support: minus the deflection.
+    tol : float
+        The tolerance asked for, relative to ``problem.gap_scale``.
+    status : Status
+        The judge's finding.
+    residuals : Residuals or None
+        Distance from the optimality conditions.
+    certificate : Certificate or None
+        Enclosure of the true gap; None for a matrix that is no M-matrix.
+    relative_bound : float
+        Certified bound of the gap over ``problem.gap_scale`` (without a certificate: the natural residual over it).
+    termination : str
+        The backend's own words for its end.
+    iterations : int
+        In the backend's ``iteration_unit``.
+    setup_seconds, solve_seconds, seconds : float
+        Time for set-up, for iterating, and in all with scaling and judging.
+    history : mapping of str to array
+        Recorded on request, by backends that offer it.
+    """
+
+    problem: ContactQP
+    model: TensionedNet | None
+    backend: str
+    note: str
+    gap: Vector
+    tol: float
+    status: Status
+    residuals: Residuals | None
+    certificate: Certificate | None
+    relative_bound: float
+    termination: str
+    iterations: int
+    iteration_unit: str
+    setup_seconds: float
+    solve_seconds: float
+    seconds: float
+    history: Mapping[str, Vector] = field(default_factory=dict)
+
+    @cached_property
+    def reaction(self) -> Vector:
+        """R = Gω + q, the support's nodal force (force, upwards), shape (n,)."""
+        return read_only(self.problem.stiffness.matvec(self.gap) + self.problem.q)
+
+    @cached_property
+    def contact(self) -> Mask:
+        """The backend's own contact set: nodes where R_i/G_ii > ω_i, shape (n,)."""
+        correction = self.reaction / self.problem.stiffness.diagonal()
+        return read_only((correction > self.gap) & self.problem.supported)
+
+    @property
+    def deflection(self) -> Vector:
+        """w = f - ω (length, positive downwards), shape (n,)."""
+        return self._physical("deflection").deflection(self.gap)
+
+    @property
+    def contact_pressure(self) -> Vector:
+        """ρ = R/Δ² (cable: R/Δ), shape (n,)."""
+        return self.reaction / self._physical("contact_pressure").node_area
+
+    @property
+    def max_slope(self) -> float:
+        """Largest slope of the deflection along an arm; the theory assumes small ones."""
+        return self._physical("max_slope").max_slope(self.gap)
+
+    @property
+    def force_balance(self) -> ForceBalance:
+        """ΣP = ΣR + the frame's pull (force)."""
+        return self._physical("force_balance").force_balance(self.gap)
+
+    def _physical(self, attribute: str) -> TensionedNet:
+        if self.model is None:
+            raise AttributeError(
+                f"{attribute} needs a Membrane or a Cable; this solution is of a bare ContactQP, which knows gap and reaction only"
+            )
+        return self.model
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return all fields on the net as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
+
+        Variables: gap, deflection, support, reaction, contact_pressure, load, gap_lower, gap_upper, and
+        contact_state (1 certainly in contact, 0 certainly clear, -1 undecided). Where there is no support, gap and its bounds
+        are infinite.
+        """
+        from .datasets import solution_dataset
+
+        return solution_dataset(self)
+
+    def plot(self) -> Figure:
+        """Draw the contact map and the middle section with gap, deflection and reaction.
+
+        The certain states have their own colours: in contact, clear, undecided; a line marks the free boundary.
+        """
+        from .plotting import plot_solution
+
+        return plot_solution(self)
+
+    def __repr__(self) -> str:
+        subject = repr(self.problem if self.model is None else self.model)
+        lines = [
+            f"Solution by {self.backend}: {self.status.value}, "
+            f"{self.iterations} {self.iteration_unit}{'' if self.iterations == 1 else 's'}, {self.seconds:.3g} s",
+            f"  problem     {subject}",
+        ]
+        if self.certificate is not None:
+            lines.append(
+                f"  gap error   <= {self.certificate.gap_bound:.2g} (certified), {self.relative_bound:.1g} of the gap scale; "
+                f"tol {self.tol:g}"
+            )
+            certain, clear = (int(np.count_nonzero(m)) for m in (self.certificate.contact, self.certificate.clear))
+            undecided = int(np.count_nonzero(self.certificate.undecided))
+            lines.append(f"  nodes       {certain} in contact, {clear} clear, {undecided} undecided")
+        elif self.residuals is not None:
+            lines.append(
+                f"  residual    {self.residuals.natural_residual:.2g} (natural), {self.relative_bound:.1g} of the gap scale; "
+                f"tol {self.tol:g}; no enclosure is known for this matrix"
+            )
+        if self.residuals is not None and self.model is not None and self.max_slope > SLOPE_LIMIT:
+            lines.append(f"  caution     largest slope {self.max_slope:.2g}: the theory assumes small slopes")
+        if self.note:
+            lines.append(f"  note        {self.note}")
+        if not self.status.ok:
+            lines.append(f"  {self.backend} said   {self.termination}")
+            lines.append(f"  advice      {self.status.advice}")
+        return "\n".join(lines)

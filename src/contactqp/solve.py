@@ -1,0 +1,172 @@
+"""solve(): scale the problem, call a backend by name, judge its answer."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._checks import Vector, integer_at_least, one_of, open_interval, positive_number, vector
+from .backends import choose_backend, get_backend
+from .backends.base import Answer, Stop, Task
+from .errors import ContactWarning, NotCertifiedError
+from .judge import Status, judge
+from .model import TensionedNet
+from .problem import ContactQP
+from .progress import Progress
+from .solution import Solution
+
+_LIMITS = {
+    Stop.DONE: None,
+    Stop.ITERATION_LIMIT: Status.ITERATION_LIMIT,
+    Stop.TIME_LIMIT: Status.TIME_LIMIT,
+    Stop.FAILED: Status.FAILED,
+}
+
+
+def solve(
+    problem: ContactQP | TensionedNet,
+    backend: str = "auto",
+    *,
+    tol: float = 1e-6,
+    max_iter: int | None = None,
+    time_limit: float | None = None,
+    warm_start: ArrayLike | Solution | None = None,
+    on_failure: Literal["warn", "raise", "ignore"] = "warn",
+    **options: Any,
+) -> Solution:
+    """Solve a contact problem with the backend of the given name, and judge the answer.
+
+    Parameters
+    ----------
+    problem : Membrane, Cable or ContactQP
+        What to solve; it is never modified.
+    backend : str
+        ``"auto"`` or a name in `backend_names`: ``"osqp"``, ``"clarabel"``, ``"mangasarian"``, ``"psor"``.
+    tol : float
+        Wanted bound of max|ω_i - ω*_i| relative to ``problem.gap_scale``, in (0, 1); it means the same for
+        every backend, because the package certifies it itself.
+    max_iter : int, optional
+        Limit of the backend's iterations, >= 1.
+    time_limit : float, optional
+        Limit in seconds, > 0.
+    warm_start : array or Solution, optional
+        A gap to start from, shape (n,), length. Clarabel and Mangasarian's linear program cannot use one.
+    on_failure : {"warn", "raise", "ignore"}
+        What to do when the answer is not certified: issue a `ContactWarning`, raise a `NotCertifiedError` or
+        leave it to the reader of ``solution.status``.
+    **options
+        The backend's own options; an unknown one is a TypeError that lists them.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    UnknownBackendError, MissingBackendError
+        If there is no such backend, or its library is not installed.
+    UnsuitableProblemError
+        If the backend's method needs a property that G does not have.
+    NotCertifiedError
+        If the answer is not certified and ``on_failure="raise"``.
+    TypeError, ValueError
+        If an argument has the wrong kind, shape or range.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> lattice = cq.Frame.disk(1.0).lattice(spacing=0.25)
+    >>> membrane = cq.Membrane(lattice, tension=1.0, load=4.0, support=0.5)
+    >>> solution = cq.solve(membrane, backend="clarabel", tol=1e-8)
+    >>> solution.status.value, int(solution.certificate.undecided.sum())
+    ('certified', 0)
+    """
+    model, algebra = _split(problem)
+    tol = open_interval(tol, 0.0, 1.0, "tol")
+    if max_iter is not None:
+        max_iter = integer_at_least(max_iter, 1, "max_iter")
+    if time_limit is not None:
+        time_limit = positive_number(time_limit, "time_limit")
+    one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
+    note = ""
+    if backend == "auto":
+        backend, note = choose_backend(algebra)
+    method = get_backend(backend)
+    method.check_options(options)
+    method.require()
+    method.check_problem(algebra)
+    start_gap = _start(warm_start, algebra)
+
+    started = time.perf_counter()
+    scaled, units = algebra.scaled()
+
+    def bound(gap: Vector) -> float:
+        return judge(scaled, gap, tol).relative_bound
+
+    with Progress(f"{backend} · {algebra.size} unknowns") as progress:
+        task = Task(
+            tol=tol,
+            max_iter=max_iter,
+            time_limit=time_limit,
+            warm_start=None if start_gap is None else start_gap / units.length,
+            bound=bound,
+            length_unit=units.length,
+            progress=progress,
+        )
+        answer: Answer = method().solve(scaled, task, **options)
+    gap = None if answer.gap is None else np.asarray(answer.gap, dtype=np.float64) * units.length
+    verdict = judge(algebra, gap, tol, _LIMITS[answer.stop])
+    solution = Solution(
+        problem=algebra,
+        model=model,
+        backend=backend,
+        note="; ".join(part for part in (note, answer.note) if part),
+        gap=gap if verdict.residuals is not None and gap is not None else np.full(algebra.size, np.nan),
+        tol=tol,
+        status=verdict.status,
+        residuals=verdict.residuals,
+        certificate=verdict.certificate,
+        relative_bound=verdict.relative_bound,
+        termination=answer.termination,
+        iterations=answer.iterations,
+        iteration_unit=method.iteration_unit,
+        setup_seconds=answer.setup_seconds,
+        solve_seconds=answer.solve_seconds,
+        seconds=time.perf_counter() - started,
+        history=answer.history,
+    )
+    _report(solution, on_failure)
+    return solution
+
+
+def _split(problem: object) -> tuple[TensionedNet | None, ContactQP]:
+    if isinstance(problem, TensionedNet):
+        return problem, problem.problem
+    if isinstance(problem, ContactQP):
+        return None, problem
+    raise TypeError(f"problem must be a Membrane, a Cable or a ContactQP, got {type(problem).__name__}")
+
+
+def _start(value: ArrayLike | Solution | None, problem: ContactQP) -> Vector | None:
+    if value is None:
+        return None
+    if isinstance(value, Solution):
+        value = value.gap
+    return vector(value, problem.size, "warm_start")
+
+
+def _report(solution: Solution, on_failure: str) -> None:
+    if solution.status.ok or on_failure == "ignore":
+        return
+    message = (
+        f"{solution.backend} returned an answer that is {solution.status.value.replace('_', ' ')}: "
+        f"bound {solution.relative_bound:.2g} of the gap scale, wanted {solution.tol:g} "
+        f"({solution.termination}). {solution.status.advice}"
+    )
+    if on_failure == "raise":
+        raise NotCertifiedError(message, solution)
+    warnings.warn(message, ContactWarning, stacklevel=3)

@@ -1,0 +1,1 @@
+"""Projected successive over-relaxation: own numerics, which know nothing of backends and judges."""

@@ -1,0 +1,96 @@
+"""Sweepers: the state of a relaxation, and sweeps over it, on a lattice or on the rows of a sparse matrix."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import Mask, Vector
+from ..stencil import Stencil
+from ..stiffness import Stiffness
+from . import kernels
+
+
+class Sweeper(Protocol):
+    """The current gap vector, and what can be done to it."""
+
+    size: int
+
+    def sweep(self, beta: float, sweeps: int, small: float = 0.0) -> tuple[int, float]:
+        """Do up to ``sweeps`` sweeps, fewer if the largest step falls below ``small``; return their number and that step."""
+        ...
+
+    def residual(self, weight: float) -> float:
+        """Return max |min(ω_i, weight R_i/G_ii)|."""
+        ...
+
+    def gap(self) -> Vector:
+        """Return a copy of the gap in node order."""
+        ...
+
+
+class LatticeSweeper:
+    """Sweeps on the padded net of a uniform stencil, row by row or in red-black order."""
+
+    def __init__(self, stencil: Stencil, q: Vector, supported: Mask, start: Vector | None, red_black: bool) -> None:
+        diagonal = float(stencil.diagonal()[0])
+        self.size = stencil.size
+        self._mask = stencil.mask
+        self._across = float(stencil.horizontal) / diagonal
+        self._along = float(stencil.vertical) / diagonal
+        self._drive = stencil.pad(q / diagonal)
+        self._lower = stencil.pad(np.where(supported, 0.0, -np.inf))
+        self._omega = stencil.pad(np.zeros(self.size) if start is None else start)
+        self._runs = runs_of(stencil.mask)
+        self._kernel = kernels.red_black_sweeps if red_black else kernels.lexicographic_sweeps
+
+    def sweep(self, beta: float, sweeps: int, small: float = 0.0) -> tuple[int, float]:
+        done, step = self._kernel(
+            self._omega, self._drive, self._lower, self._runs, self._across, self._along, beta, sweeps, small
+        )
+        return int(done), float(step)
+
+    def residual(self, weight: float) -> float:
+        return float(
+            kernels.lattice_residual(
+                self._omega, self._drive, self._lower, self._runs, self._across, self._along, weight
+            )
+        )
+
+    def gap(self) -> Vector:
+        return np.asarray(self._omega[1:-1, 1:-1][self._mask])
+
+
+class SparseSweeper:
+    """Sweeps over the rows of a sparse matrix, in their order."""
+
+    def __init__(self, stiffness: Stiffness, q: Vector, supported: Mask, start: Vector | None) -> None:
+        matrix = stiffness.tocsr()
+        self.size = stiffness.size
+        self._rows = (matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32), matrix.data)
+        self._diagonal = stiffness.diagonal()
+        self._q = np.array(q)
+        self._lower = np.where(supported, 0.0, -np.inf)
+        self._omega = np.zeros(self.size) if start is None else np.array(start)
+
+    def sweep(self, beta: float, sweeps: int, small: float = 0.0) -> tuple[int, float]:
+        done, step = kernels.sparse_sweeps(
+            *self._rows, self._diagonal, self._q, self._lower, self._omega, beta, sweeps, small
+        )
+        return int(done), float(step)
+
+    def residual(self, weight: float) -> float:
+        return float(kernels.sparse_residual(*self._rows, self._diagonal, self._q, self._lower, self._omega, weight))
+
+    def gap(self) -> Vector:
+        return self._omega.copy()
+
+
+def runs_of(mask: Mask) -> NDArray[np.int64]:
+    """Return (row, first column, one past the last column) of every run of nodes, for the padded net."""
+    edges = np.diff(np.pad(mask, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    rows, first = np.nonzero(edges == 1)
+    _, last = np.nonzero(edges == -1)
+    return np.ascontiguousarray(np.column_stack([rows + 1, first + 1, last + 1]).astype(np.int64))

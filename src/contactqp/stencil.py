@@ -1,0 +1,190 @@
+"""Stencil: the stiffness of a net of tensioned arms, applied without assembling it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._checks import Mask, Vector, read_only, real_array
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+_Grid = NDArray[np.float64]
+
+
+class Stencil:
+    """Five-point stiffness G on a lattice: each node is joined to its four neighbours by arms.
+
+    G_ii is the sum of the stiffnesses of the node's four arms, G_ij = -(stiffness of the arm) for two nodes
+    that share one; an arm that ends on the frame enters the diagonal alone. With every arm equal to the
+    tension T this is the membrane's matrix (2.7)-(2.8) of the paper that contactqp starts from; with no
+    vertical arms and T/spacing along x it is the cable's.
+
+    Parameters
+    ----------
+    mask : array of bool, shape (rows, columns)
+        True = node.
+    horizontal : float or array, shape (rows, columns + 1)
+        Stiffness (force per length) of the arm between ``[i, j - 1]`` and ``[i, j]``, >= 0.
+    vertical : float or array, shape (rows + 1, columns)
+        Stiffness of the arm between ``[i - 1, j]`` and ``[i, j]``, >= 0.
+
+    Raises
+    ------
+    ValueError
+        If a stiffness is negative, not finite or of the wrong shape, or a node has no stiffness at all.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Stencil(np.ones((1, 3), dtype=bool), horizontal=1.0, vertical=1.0).tocsr().toarray()
+    array([[ 4., -1.,  0.],
+           [-1.,  4., -1.],
+           [ 0., -1.,  4.]])
+    """
+
+    def __init__(self, mask: Mask, horizontal: float | _Grid, vertical: float | _Grid) -> None:
+        self.mask = mask
+        rows, columns = mask.shape
+        self.horizontal = _arms(horizontal, (rows, columns + 1), "horizontal")
+        self.vertical = _arms(vertical, (rows + 1, columns), "vertical")
+        if not self.diagonal().min() > 0:
+            raise ValueError("every node needs at least one arm of positive stiffness")
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all horizontal arms are equal, and all vertical ones."""
+        return self.horizontal.ndim == 0 and self.vertical.ndim == 0
+
+    @cached_property
+    def size(self) -> int:
+        """Number of nodes."""
+        return int(np.count_nonzero(self.mask))
+
+    @cached_property
+    def nonzeros(self) -> int:
+        """Number of nonzero entries of G."""
+        west, south = self._node_arms()
+        return self.size + 2 * (int(np.count_nonzero(west)) + int(np.count_nonzero(south)))
+
+    def scaled(self, factor: float) -> Stencil:
+        """Return the stencil whose arms are all ``factor`` times as stiff."""
+        return Stencil(self.mask, self.horizontal * factor, self.vertical * factor)
+
+    def diagonal(self) -> Vector:
+        """Return the diagonal of G, shape (size,), force per length."""
+        west, east, south, north = self._weights()
+        total = (west + east) + (south + north)
+        if np.ndim(total) == 0:
+            return np.full(int(np.count_nonzero(self.mask)), float(total))
+        return np.asarray(np.broadcast_to(total, self.mask.shape)[self.mask])
+
+    def matvec(self, vector: Vector) -> Vector:
+        """Return G times a vector in node order, shape (size,)."""
+        west, east, south, north = self._weights()
+        padded = self.pad(vector)
+        result = ((west + east) + (south + north)) * padded[1:-1, 1:-1]
+        result -= west * padded[1:-1, :-2]
+        result -= east * padded[1:-1, 2:]
+        result -= south * padded[:-2, 1:-1]
+        result -= north * padded[2:, 1:-1]
+        return np.asarray(result[self.mask])
+
+    def frame_force(self, height: _Grid) -> Vector:
+        """Return b with b_i = sum of (arm stiffness x height) over the frame points that node i is joined to.
+
+        Parameters
+        ----------
+        height : array, shape (rows + 2, columns + 2)
+            Ordinates of the points, with a ring about the net; read only where a node's arm ends.
+        """
+        west, east, south, north = self._weights()
+        held = np.where(self.padded_mask(), 0.0, height)
+        force = west * held[1:-1, :-2] + east * held[1:-1, 2:] + south * held[:-2, 1:-1] + north * held[2:, 1:-1]
+        return np.asarray(np.broadcast_to(force, self.mask.shape)[self.mask])
+
+    def pad(self, vector: Vector, fill: float = 0.0) -> _Grid:
+        """Lay a vector in node order out on the net with a ring of frame points about it."""
+        rows, columns = self.mask.shape
+        padded = np.full((rows + 2, columns + 2), fill)
+        padded[1:-1, 1:-1][self.mask] = vector
+        return padded
+
+    def padded_mask(self) -> Mask:
+        """Return the mask with a ring of frame points about it."""
+        return np.pad(self.mask, 1)
+
+    def frame_points(self) -> Mask:
+        """Return where, on the net with a ring about it, a frame point is joined to a node by an arm."""
+        west, east, south, north = (np.broadcast_to(arm > 0, self.mask.shape) & self.mask for arm in self._weights())
+        joined = np.zeros((self.mask.shape[0] + 2, self.mask.shape[1] + 2), dtype=bool)
+        joined[1:-1, :-2] |= west
+        joined[1:-1, 2:] |= east
+        joined[:-2, 1:-1] |= south
+        joined[2:, 1:-1] |= north
+        return np.asarray(joined & ~self.padded_mask())
+
+    def tocsr(self) -> csr_array:
+        """Assemble G as a sparse array with sorted column numbers."""
+        from scipy.sparse import csr_array
+
+        west, south = self._node_arms()
+        index_type = np.int32 if 5 * self.size < 2**31 else np.int64
+        number = np.full((self.mask.shape[0] + 2, self.mask.shape[1] + 2), -1, dtype=index_type)
+        number[1:-1, 1:-1][self.mask] = np.arange(self.size, dtype=index_type)
+        columns = np.empty((self.size, 5), dtype=index_type)
+        values = np.empty((self.size, 5))
+        kept = np.empty((self.size, 5), dtype=bool)
+        east, north = np.zeros_like(west), np.zeros_like(south)
+        east[:, :-1], north[:-1] = west[:, 1:], south[1:]
+        neighbours = (
+            (number[:-2, 1:-1], south),
+            (number[1:-1, :-2], west),
+            (number[1:-1, 1:-1], None),
+            (number[1:-1, 2:], east),
+            (number[2:, 1:-1], north),
+        )
+        for k, (neighbour, arm) in enumerate(neighbours):
+            columns[:, k] = neighbour[self.mask]
+            if arm is None:
+                values[:, k], kept[:, k] = self.diagonal(), True
+            else:
+                np.negative(arm[self.mask], out=values[:, k])
+                kept[:, k] = values[:, k] != 0
+        pointers = np.zeros(self.size + 1, dtype=index_type)
+        np.cumsum(kept.sum(axis=1), out=pointers[1:])
+        return csr_array((values[kept], columns[kept], pointers), shape=(self.size, self.size))
+
+    def _weights(self) -> tuple[Any, Any, Any, Any]:
+        """Return the stiffness of the west, east, south and north arm of every point of the net."""
+        horizontal, vertical = self.horizontal, self.vertical
+        west, east = (horizontal, horizontal) if horizontal.ndim == 0 else (horizontal[:, :-1], horizontal[:, 1:])
+        south, north = (vertical, vertical) if vertical.ndim == 0 else (vertical[:-1], vertical[1:])
+        return west, east, south, north
+
+    def _node_arms(self) -> tuple[_Grid, _Grid]:
+        """Return the stiffness of each point's west and south arm, 0 where it does not join two nodes."""
+        west, _, south, _ = self._weights()
+        west_arm, south_arm = np.zeros(self.mask.shape), np.zeros(self.mask.shape)
+        west_arm[:, 1:] = np.where(
+            self.mask[:, 1:] & self.mask[:, :-1], np.broadcast_to(west, self.mask.shape)[:, 1:], 0.0
+        )
+        south_arm[1:] = np.where(self.mask[1:] & self.mask[:-1], np.broadcast_to(south, self.mask.shape)[1:], 0.0)
+        return west_arm, south_arm
+
+    def __repr__(self) -> str:
+        kind = "uniform" if self.uniform else "varying arms"
+        return f"Stencil({self.size} nodes in {self.mask.shape[0]} x {self.mask.shape[1]}, {kind})"
+
+
+def _arms(value: float | _Grid, shape: tuple[int, int], name: str) -> _Grid:
+    arms = real_array(value, name)
+    if arms.ndim and arms.shape != shape:
+        raise ValueError(f"{name} must be a number or have shape {shape}, got {arms.shape}")
+    if not np.isfinite(arms).all() or (arms < 0).any():
+        raise ValueError(f"{name} must be finite and >= 0, got values from {arms.min():g} to {arms.max():g}")
+    return read_only(arms)
