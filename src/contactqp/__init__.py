@@ -1,9 +1,10 @@
 """Membranes and cables over rigid obstacles, solved by any backend by name, every answer with a certified error."""
 
-from . import profiles
+from . import gallery, profiles
 from .backends import backend_names
 from .cable import Cable
 from .certificate import Certificate, certify
+from .compare import Comparison, compare
 from .errors import (
     CaseFileError,
     ContactWarning,
@@ -27,6 +28,7 @@ __all__ = [
     "Cable",
     "CaseFileError",
     "Certificate",
+    "Comparison",
     "ContactQP",
     "ContactWarning",
     "Frame",
@@ -42,6 +44,8 @@ __all__ = [
     "UnsuitableProblemError",
     "backend_names",
     "certify",
+    "compare",
+    "gallery",
     "profiles",
     "solve",
 ]

@@ -33,12 +33,12 @@ class Osqp(Backend):
         task: Task,
         *,
         rho: float = 0.1,
-        alpha: float = 1.6,
+        alpha: float = 1.8,
         sigma: float = 1e-6,
         scaling: int = 10,
         adaptive_rho: bool = True,
         check_termination: int = 25,
-        polishing: bool = False,
+        polishing: bool = True,
         eps: float | None = None,
     ) -> Answer:
         """Solve by OSQP.

@@ -1,0 +1,184 @@
+"""Gallery: named problems with known answers, for tests, benchmarks and lectures."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ._checks import Vector, integer_at_least, positive_number
+from .cable import Cable
+from .frame import Frame
+from .lattice import Lattice
+from .membrane import Membrane
+from .profiles import HillAndFloor
+
+PAPER_LOADS = tuple(k / 100 for k in range(1, 11))
+"""The ten dimensionless loads P' = pΔ/T of the paper's Table 1."""
+
+PAPER_CORNERS = ((32.0, 0.0), (8.0, 24.0), (-8.0, 24.0), (-32.0, 0.0), (-8.0, -24.0), (8.0, -24.0))
+"""Corners of the paper's hexagon in spacings: the doubly symmetric one with 45° sides and 1857 nodes."""
+
+
+def paper_hexagon(load: float = 0.03) -> Membrane:
+    """Return the paper's hexagonal membrane of 1857 nodes over a surrogate surface.
+
+    The contour is the only doubly symmetric hexagon with 45° sides and lattice corners that holds 1857 nodes; the
+    paper's rigid surface, its Fig. 4, is lost, and `HillAndFloor` stands in for it.
+
+    Parameters
+    ----------
+    load : float
+        P' = pΔ/T; the paper's are 0.01, 0.02, …, 0.10.
+
+    Examples
+    --------
+    >>> paper_hexagon().lattice.size
+    1857
+    """
+    return Membrane(Frame.polygon(PAPER_CORNERS).lattice(spacing=1.0), tension=1.0, load=load, support=HillAndFloor())
+
+
+def bowl(nodes: int) -> Membrane:
+    """Return a pressed membrane over a dented bowl on the unit square, ``nodes`` x ``nodes``.
+
+    T = 1, p = 8, f = 0.15 + 0.3((x - 0.5)² + (y - 0.45)²) + 0.03 sin 9x sin 7y.
+
+    Parameters
+    ----------
+    nodes : int
+        Nodes along each side.
+
+    Examples
+    --------
+    >>> bowl(15).lattice
+    Lattice(225 nodes in 17 x 17, spacing=0.0625)
+    """
+    nodes = integer_at_least(nodes, 1, "nodes")
+    lattice = Frame.rectangle(1.0, 1.0, center=(0.5, 0.5)).lattice(spacing=1 / (nodes + 1))
+    return Membrane(lattice, tension=1.0, load=8.0, support=_dented_bowl)
+
+
+def _dented_bowl(x: Vector, y: Vector) -> Vector:
+    dents = 0.03 * np.sin(9 * x) * np.sin(7 * y)
+    return np.asarray(0.15 + 0.3 * ((x - 0.5) ** 2 + (y - 0.45) ** 2) + dents)
+
+
+def ball(nodes: int) -> tuple[Membrane, Vector]:
+    """Return a membrane hung over a ball, and its exact continuous deflection at the nodes.
+
+    Bueler, *PETSc for Partial Differential Equations* (2021), ch. 12: on (-2, 2)² above ψ = √(1 - r²) for
+    r ≤ 0.9, continued by its tangent; u = -A ln r + B outside the contact disk of radius a, and on the frame. Here heights
+    are deflections downwards: f = -ψ, w = -u.
+
+    Parameters
+    ----------
+    nodes : int
+        Nodes along each side, an odd number for one at the summit.
+
+    Returns
+    -------
+    model : Membrane
+    deflection : array, shape (nodes²,)
+
+    Examples
+    --------
+    >>> model, exact = ball(31)
+    >>> round(float(exact.min()), 12)
+    -1.0
+    """
+    nodes = integer_at_least(nodes, 1, "nodes")
+    lattice = Frame.rectangle(4.0, 4.0).lattice(spacing=4 / (nodes + 1))
+    model = Membrane(
+        lattice, tension=1.0, load=0.0, support=_ball_support, frame_height=lambda x, y: -_ball_height(x, y)
+    )
+    return model, -_ball_height(lattice.node_x, lattice.node_y)
+
+
+_BALL_A, _BALL_B, _BALL_RADIUS = 0.680259411891719, 0.471519893402112, 0.697965148223374
+
+
+def _ball_support(x: Vector, y: Vector) -> Vector:
+    r = np.hypot(x, y)
+    edge = 0.9
+    height = math.sqrt(1 - edge**2)
+    tangent = height - edge / height * (r - edge)
+    return -np.where(r <= edge, np.sqrt(np.maximum(1 - r**2, 0.0)), tangent)
+
+
+def _ball_height(x: Vector, y: Vector) -> Vector:
+    r = np.hypot(x, y)
+    outside = -_BALL_A * np.log(np.maximum(r, _BALL_RADIUS)) + _BALL_B
+    return np.where(r <= _BALL_RADIUS, np.sqrt(np.maximum(1 - r**2, 0.0)), outside)
+
+
+def cable_on_floor(nodes: int, contact_starts_after: int) -> tuple[Cable, Vector]:
+    """Return a cable pressed on a flat floor, and its exact deflection at the nodes.
+
+    From each end the free part is the parabola w = p a x/T - p x²/(2T) up to x = a = √(2Tf/p), where it touches the floor f with
+    slope zero. Three-point differences of a parabola are exact, so where x = a is a node the discrete
+    answer is the continuous one.
+
+    Parameters
+    ----------
+    nodes : int
+        Nodes between the ends.
+    contact_starts_after : int
+        a in spacings; at most (nodes + 1)/2.
+
+    Examples
+    --------
+    >>> cable, exact = cable_on_floor(nodes=9, contact_starts_after=2)
+    >>> exact
+    array([1.5, 2. , 2. , 2. , 2. , 2. , 2. , 2. , 1.5])
+    """
+    nodes = integer_at_least(nodes, 1, "nodes")
+    count = integer_at_least(contact_starts_after, 1, "contact_starts_after")
+    if 2 * count > nodes + 1:
+        raise ValueError(f"contact_starts_after must be <= (nodes + 1)/2 = {(nodes + 1) / 2:g}, got {count}")
+    floor = count**2 / 2
+    cable = Cable(nodes=nodes, spacing=1.0, tension=1.0, load=1.0, support=float(floor))
+    x = cable.lattice.node_x
+    distance = np.minimum(np.minimum(x, nodes + 1 - x), count)
+    return cable, distance * count - distance**2 / 2
+
+
+def l_shape_with_hole(spacing: float = 0.1) -> Membrane:
+    """Return a membrane on an L-shaped frame with a square hole, over a tilted plane.
+
+    Parameters
+    ----------
+    spacing : float
+        Lattice spacing; the L is 2 x 2.
+
+    Examples
+    --------
+    >>> l_shape_with_hole().lattice.parts
+    1
+    """
+    spacing = positive_number(spacing, "spacing")
+    frame = Frame.polygon(
+        [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], holes=[[(0.3, 0.3), (0.7, 0.3), (0.7, 0.7), (0.3, 0.7)]]
+    )
+    return Membrane(frame.lattice(spacing), tension=1.0, load=4.0, support=lambda x, y: 0.05 + 0.02 * x)
+
+
+def islands() -> Membrane:
+    """Return membranes on four disconnected lattices: a block, a one-node channel, a corner and a single node.
+
+    Examples
+    --------
+    >>> islands().lattice.parts
+    4
+    """
+    picture = """
+        .............
+        .#####..#..#.
+        .#####..#....
+        .#####..#.###
+        .#####..#.#..
+        ..###...#.#..
+        .............
+    """
+    mask = np.array([[point == "#" for point in row] for row in picture.split()])
+    return Membrane(Lattice(mask, 1.0), tension=1.0, load=0.5, support=0.4)
