@@ -2,9 +2,9 @@
 
     python benchmarks/backend_settings.py [--sizes 63 127 255] [--tol 1e-6]
 
-Prints a table for the hexagon and for the bowl on the unit square at each size: the seconds of every variant of settings
-over those of the default, all measured in this process, one after the other, with the time of each the least of
-``--repeat`` runs. A variant that does not certify is marked.
+Prints a table for the hexagon and for the bowl on the unit square at each size: the seconds of every variant of
+settings over those of the default, all measured in this process, one after the other, with the time of each the least
+of ``--repeat`` runs. A variant that does not certify is marked.
 """
 
 from __future__ import annotations
@@ -58,7 +58,8 @@ def main() -> None:
     problems = {"hexagon": paper_hexagon()} | {f"bowl {n}x{n}": bowl(n) for n in arguments.sizes}
     for backend in arguments.backends:
         print(f"\n{backend}, tol {arguments.tol:g}")
-        print(f"{'problem':14s} {'settings':42s} {'status':16s} {'iterations':>10s} {'bound':>8s} {'seconds':>8s} {'/default':>8s}")
+        figures = f"{'iterations':>10s} {'bound':>8s} {'seconds':>8s} {'/default':>8s}"
+        print(f"{'problem':14s} {'settings':42s} {'status':16s} {figures}")
         for name, model in problems.items():
             if model.lattice.size > LARGEST.get(backend, 10**9):
                 continue

@@ -19,7 +19,8 @@ Mask = NDArray[np.bool_]
 
 def finite_number(value: object, name: str) -> float:
     """Return ``value`` as a float; it must be a real, finite scalar."""
-    if isinstance(value, (bool, np.bool_, str, bytes)) or np.iscomplexobj(value) or np.ndim(cast("Any", value)):
+    refused = (bool, np.bool_, str, bytes, complex, np.complexfloating)
+    if isinstance(value, refused) or np.ndim(cast("Any", value)):
         raise TypeError(f"{name} must be a real number, got {value!r}")
     try:
         number = float(cast("Any", value))

@@ -73,9 +73,7 @@ class Cable(TensionedNet):
         count = _node_count(span, nodes, spacing)
         lattice = Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
         load, support, frame_height = (_along_x(field) for field in (load, support, frame_height))
-        super().__init__(
-            lattice, tension, load, support, frame_height, area=spacing, arms=(tension / spacing, 0.0)
-        )
+        super().__init__(lattice, tension, load, support, frame_height, area=spacing, arms=(tension / spacing, 0.0))
 
     @property
     def span(self) -> float:

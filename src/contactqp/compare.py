@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._checks import Vector, open_interval, positive_number
+from ._checks import open_interval, positive_number
 from .backends import get_backend
 from .errors import MissingBackendError, UnsuitableProblemError
 from .judge import Status
@@ -114,7 +114,9 @@ class Comparison:
         By backend, of those that returned one.
     """
 
-    def __init__(self, problem: ContactQP, subject: str, tol: float, rows: list[Row], solutions: dict[str, Solution]) -> None:
+    def __init__(
+        self, problem: ContactQP, subject: str, tol: float, rows: list[Row], solutions: dict[str, Solution]
+    ) -> None:
         self.problem = problem
         self.subject = subject
         self.tol = tol
@@ -140,8 +142,8 @@ class Comparison:
     def culprits(self) -> dict[str, str]:
         """Why there is no agreement: backend to reason, empty if all agree.
 
-        A backend is named if it returned no certified answer, with its worst optimality condition; or, where all look good and two
-        still exclude each other, if its answer is consistent with fewer of the others than theirs are.
+        A backend is named if it returned no certified answer, with its worst optimality condition; or, where all look
+        good and two still exclude each other, if its answer is consistent with fewer of the others than theirs are.
         """
         found = {row.backend: self._complaint(row) for row in self.rows if row.status not in ("certified", "solved")}
         if found or all(pair.consistent for pair in self.pairs):
@@ -209,10 +211,14 @@ class Comparison:
         return f"No agreement: {reasons or 'no backend was asked'}."
 
     def __repr__(self) -> str:
-        table = [_HEADINGS, *([format_cell(row) for format_cell in _CELLS] for row in self.rows)]
-        widths = [max(len(line[k]) for line in table) for k in range(len(_HEADINGS))]
+        headings, body = table_cells(self)
+        table = [headings, *body]
+        widths = [max(len(line[k]) for line in table) for k in range(len(headings))]
         lines = [
-            "  ".join(cell.ljust(width) if k < 2 else cell.rjust(width) for k, (cell, width) in enumerate(zip(line, widths, strict=True)))
+            "  ".join(
+                cell.ljust(width) if k < 2 else cell.rjust(width)
+                for k, (cell, width) in enumerate(zip(line, widths, strict=True))
+            )
             for line in table
         ]
         head = f"{self.subject}, tol {self.tol:g} of the gap scale {self.problem.gap_scale:.3g}"
@@ -221,10 +227,9 @@ class Comparison:
     def _repr_html_(self) -> str:
         from html import escape
 
-        head = "".join(f"<th>{escape(heading)}</th>" for heading in _HEADINGS)
-        body = "".join(
-            "<tr>" + "".join(f"<td>{escape(format_cell(row))}</td>" for format_cell in _CELLS) + "</tr>" for row in self.rows
-        )
+        headings, rows = table_cells(self)
+        head = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
+        body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
         return (
             f"<p>{escape(self.subject)}, tol {self.tol:g}</p>"
             f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table><p>{escape(self.verdict())}</p>"
@@ -373,6 +378,11 @@ def _row(solution: Solution, name: str) -> Row:
     )
 
 
+def table_cells(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
+    """Return the headings of a comparison's table and its rows, as text."""
+    return list(_COLUMNS), [[cell(row) for cell in _COLUMNS.values()] for row in comparison.rows]
+
+
 def _plain(value: Any) -> Any:
     """Return ``value`` with every float that JSON lacks replaced by None."""
     if isinstance(value, dict):
@@ -388,7 +398,8 @@ def _number(value: float | None, digits: int = 2) -> str:
     return "-" if value is None else f"{value:.{digits}g}"
 
 
-_HEADINGS = ["backend", "status", "iterations", "seconds", "bound/scale", "min gap", "min R", "gap·R", "contact", "undecided", "objective"]
+def _count(value: int | None) -> str:
+    return "-" if value is None else str(value)
 
 
 def _seconds(row: Row) -> str:
@@ -397,16 +408,16 @@ def _seconds(row: Row) -> str:
     return f"{row.setup_seconds + row.solve_seconds:.3f}"
 
 
-_CELLS: list[Callable[[Row], str]] = [
-    lambda row: row.backend,
-    lambda row: row.status.replace("_", " "),
-    lambda row: "-" if row.iterations is None else str(row.iterations),
-    _seconds,
-    lambda row: _number(row.relative_bound),
-    lambda row: _number(row.min_gap),
-    lambda row: _number(row.min_reaction),
-    lambda row: _number(row.complementarity),
-    lambda row: "-" if row.contact is None else str(row.contact),
-    lambda row: "-" if row.undecided is None else str(row.undecided),
-    lambda row: _number(row.objective, 10),
-]
+_COLUMNS: dict[str, Callable[[Row], str]] = {
+    "backend": lambda row: row.backend,
+    "status": lambda row: row.status.replace("_", " "),
+    "iterations": lambda row: _count(row.iterations),
+    "seconds": _seconds,
+    "bound/scale": lambda row: _number(row.relative_bound),
+    "min gap": lambda row: _number(row.min_gap),
+    "min R": lambda row: _number(row.min_reaction),
+    "gap·R": lambda row: _number(row.complementarity),
+    "contact": lambda row: _count(row.contact),
+    "undecided": lambda row: _count(row.undecided),
+    "objective": lambda row: _number(row.objective, 10),
+}

@@ -25,7 +25,11 @@ def solution_dataset(solution: Solution) -> xr.Dataset:
         "deflection": (solution.deflection, "length", "deflection, positive downwards"),
         "support": (model.support, "length", "ordinate of the rigid profile, positive downwards"),
         "reaction": (solution.reaction, "force", "nodal reaction of the support, upwards"),
-        "contact_pressure": (solution.contact_pressure, model.units["contact_pressure"], "reaction of the support, upwards"),
+        "contact_pressure": (
+            solution.contact_pressure,
+            model.units["contact_pressure"],
+            "reaction of the support, upwards",
+        ),
         "load": (model.load, model.units["load"], "active load, positive downwards"),
     }
     certificate = solution.certificate

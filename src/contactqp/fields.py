@@ -45,7 +45,8 @@ def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) 
         values = real_array(field(lattice.node_x, lattice.node_y), f"{name}(x, y)")
         if values.shape not in ((), (lattice.size,)):
             raise ValueError(
-                f"{name}(x, y) must return a number or shape ({lattice.size},) for the {lattice.size} nodes, got {values.shape}"
+                f"{name}(x, y) must return a number or shape ({lattice.size},) for the {lattice.size} nodes, "
+                f"got {values.shape}"
             )
     elif hasattr(field, "dims") and hasattr(field, "coords"):
         values = lattice.gather(_on_lattice(lattice, field, name))

@@ -194,7 +194,8 @@ class Frame:
         columns = _covering(left, right, origin_x, spacing)
         rows = _covering(bottom, top, origin_y, spacing)
         x, y = origin_x + spacing * columns, origin_y + spacing * rows
-        mask = np.asarray(self._inside(*np.broadcast_arrays(x, y[:, None]), margin))
+        grid_x, grid_y = np.broadcast_arrays(x, y[:, None])
+        mask = np.asarray(self._inside(grid_x, grid_y, margin))
         if not mask.any():
             raise ValueError(
                 f"no lattice point of spacing {spacing:g} lies inside {self!r}; "

@@ -68,8 +68,8 @@ def ball(nodes: int) -> tuple[Membrane, Vector]:
     """Return a membrane hung over a ball, and its exact continuous deflection at the nodes.
 
     Bueler, *PETSc for Partial Differential Equations* (2021), ch. 12: on (-2, 2)² above ψ = √(1 - r²) for
-    r ≤ 0.9, continued by its tangent; u = -A ln r + B outside the contact disk of radius a, and on the frame. Here heights
-    are deflections downwards: f = -ψ, w = -u.
+    r ≤ 0.9, continued by its tangent; u = -A ln r + B outside the contact disk of radius a, and on the frame. Here
+    heights are deflections downwards: f = -ψ, w = -u.
 
     Parameters
     ----------
@@ -115,8 +115,8 @@ def _ball_height(x: Vector, y: Vector) -> Vector:
 def cable_on_floor(nodes: int, contact_starts_after: int) -> tuple[Cable, Vector]:
     """Return a cable pressed on a flat floor, and its exact deflection at the nodes.
 
-    From each end the free part is the parabola w = p a x/T - p x²/(2T) up to x = a = √(2Tf/p), where it touches the floor f with
-    slope zero. Three-point differences of a parabola are exact, so where x = a is a node the discrete
+    From each end the free part is the parabola w = p a x/T - p x²/(2T) up to x = a = √(2Tf/p), where it touches the
+    floor f with slope zero. Three-point differences of a parabola are exact, so where x = a is a node the discrete
     answer is the continuous one.
 
     Parameters

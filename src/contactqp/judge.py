@@ -129,8 +129,7 @@ def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | No
     Verdict
     """
     if gap is None or gap.shape != (problem.size,) or not np.isfinite(gap).all():
-        status = limit if limit in (Status.TIME_LIMIT, Status.ITERATION_LIMIT) else Status.FAILED
-        return Verdict(status, None, None, np.inf)
+        return Verdict(limit or Status.FAILED, None, None, np.inf)
     residuals = compute_residuals(problem, gap)
     certificate = None
     if problem.is_m_matrix:

@@ -51,13 +51,13 @@ class Lattice:
     def __init__(self, mask: ArrayLike, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> None:
         points = np.array(mask)
         if points.dtype != np.bool_:
-            raise TypeError(f"mask must be boolean (True = node), got dtype {points.dtype}; compare it first, e.g. mask > 0")
+            raise TypeError(
+                f"mask must be boolean (True = node), got dtype {points.dtype}; compare it first, e.g. mask > 0"
+            )
         if points.ndim != 2:
             raise ValueError(f"mask must be two-dimensional [row, column], got shape {points.shape}")
         if not points.any():
-            raise ValueError(
-                f"mask of shape {points.shape} holds no node: choose a smaller spacing or a larger frame"
-            )
+            raise ValueError(f"mask of shape {points.shape} holds no node: choose a smaller spacing or a larger frame")
         self.mask: Mask = read_only(points)
         self.spacing = positive_number(spacing, "spacing")
         if np.shape(origin) != (2,):
@@ -142,4 +142,6 @@ class Lattice:
 
     def __repr__(self) -> str:
         rows, columns = self.shape
-        return f"Lattice({self.size} node{'s' if self.size != 1 else ''} in {rows} x {columns}, spacing={self.spacing:g})"
+        return (
+            f"Lattice({self.size} node{'s' if self.size != 1 else ''} in {rows} x {columns}, spacing={self.spacing:g})"
+        )

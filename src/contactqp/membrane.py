@@ -54,6 +54,4 @@ class Membrane(TensionedNet):
     ) -> None:
         tension = positive_number(tension, "tension")
         spacing = lattice.spacing if isinstance(lattice, Lattice) else 1.0
-        super().__init__(
-            lattice, tension, load, support, frame_height, area=spacing**2, arms=(tension, tension)
-        )
+        super().__init__(lattice, tension, load, support, frame_height, area=spacing**2, arms=(tension, tension))

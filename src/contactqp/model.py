@@ -77,7 +77,8 @@ class TensionedNet:
     ) -> None:
         if not isinstance(lattice, Lattice):
             raise TypeError(
-                f"lattice must be a Lattice, got {type(lattice).__name__}; make one with Frame.lattice or Lattice.from_mask"
+                f"lattice must be a Lattice, got {type(lattice).__name__}; "
+                "make one with Frame.lattice or Lattice.from_mask"
             )
         self.lattice = lattice
         self.tension = tension
@@ -103,18 +104,26 @@ class TensionedNet:
     def problem(self) -> ContactQP:
         """The contact problem: q = P + b - G f, with b the pull of a frame that is not at height zero."""
         active = self.nodal_load if self._frame_force is None else self.nodal_load + self._frame_force
-        shape = self.stencil.matvec(self.reference)
-        return ContactQP(
-            self.stencil, active - shape, supported=self.supported, gap_scale=self._gap_scale(active, shape)
-        )
+        q = active - self.stencil.matvec(self.reference)
+        return ContactQP(self.stencil, q, supported=self.supported, gap_scale=self._gap_scale())
 
-    def _gap_scale(self, active: Vector, shape: Vector) -> float | None:
-        """Mean gap that load or support alone would open: unlike q it does not vanish where they cancel."""
+    def _gap_scale(self) -> float | None:
+        """Return the length by which tolerances are measured, or None if the model has no length of its own.
+
+        The largest of three means: the deflection under |P| without a support (of the weight s of a barrier v, as
+        vᵀGw = sᵀw), the distance of the support from the frame's mean height, and the frame's own departure from it.
+        None of them vanishes where load and support cancel in q, and none changes with the datum of the ordinates.
+        """
         barrier = find_barrier(self.stencil)
-        if barrier is None:
-            return None
-        scale = max(barrier.v @ np.abs(active), barrier.v @ np.abs(shape)) / barrier.s.sum()
-        return float(scale) or None
+        scales = [] if barrier is None else [float(barrier.v @ np.abs(self.nodal_load) / barrier.s.sum())]
+        datum = 0.0
+        if self._heights is not None:
+            frame = self._heights[self.stencil.frame_points()]
+            datum = float(frame.mean())
+            scales.append(float(np.abs(frame - datum).mean()))
+        if self.supported.any():
+            scales.append(float(np.abs(self.support[self.supported] - datum).mean()))
+        return max(scales, default=0.0) or None
 
     def deflection(self, gap: Vector) -> Vector:
         """Return w = f - ω (length, positive downwards), -ω where there is no support."""
@@ -170,7 +179,8 @@ class TensionedNet:
     def __repr__(self) -> str:
         unsupported = int(np.count_nonzero(~self.supported))
         note = f", {unsupported} unsupported" if unsupported else ""
-        return f"{type(self).__name__}({self.lattice.size} nodes, spacing={self.lattice.spacing:g}, tension={self.tension:g}{note})"
+        net = f"{self.lattice.size} nodes, spacing={self.lattice.spacing:g}"
+        return f"{type(self).__name__}({net}, tension={self.tension:g}{note})"
 
 
 def _frame_heights(stencil: Stencil, lattice: Lattice, value: Any) -> Vector | None:
@@ -195,11 +205,14 @@ def _frame_heights(stencil: Stencil, lattice: Lattice, value: Any) -> Vector | N
     else:
         grid = real_array(value, "frame_height")
         if grid.shape != lattice.shape:
-            raise ValueError(f"frame_height must be a number, a function or have shape {lattice.shape}, got {grid.shape}")
+            raise ValueError(
+                f"frame_height must be a number, a function or have shape {lattice.shape}, got {grid.shape}"
+            )
         inner = needed[1:-1, 1:-1]
         if inner.sum() != needed.sum():
             raise ValueError(
-                "frame_height as an array cannot reach frame points outside the lattice's array; pass a function of (x, y)"
+                "frame_height as an array cannot reach frame points outside the lattice's array; "
+                "pass a function of (x, y)"
             )
         padded[1:-1, 1:-1][inner] = grid[inner]
     if not np.isfinite(padded).all():
@@ -213,5 +226,3 @@ def _ends(points: Mask, axis: int) -> tuple[Mask, Mask]:
 
 def _pairs(points: Mask, axis: int) -> Mask:
     return np.asarray(np.logical_and(*_ends(points, axis)))
-
-

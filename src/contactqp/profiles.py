@@ -44,6 +44,7 @@ class Plane:
             finite_number(getattr(self, name), name)
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
+        """Return the ordinates f at the points (x, y)."""
         return np.asarray(self.depth + self.slope_x * np.asarray(x) + self.slope_y * np.asarray(y))
 
 
@@ -77,6 +78,7 @@ class Paraboloid:
         _check_center(self.center)
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
+        """Return the ordinates f at the points (x, y)."""
         return np.asarray(self.depth + _distance(x, y, self.center) ** 2 / (2 * self.radius))
 
 
@@ -109,6 +111,7 @@ class Cone:
         _check_center(self.center)
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
+        """Return the ordinates f at the points (x, y)."""
         return np.asarray(self.depth + self.slope * _distance(x, y, self.center))
 
 
@@ -145,6 +148,7 @@ class Cylinder:
         one_of(self.axis, ("x", "y"), "axis")
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
+        """Return the ordinates f at the points (x, y)."""
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         distance = np.abs(x - self.center[0]) if self.axis == "y" else np.abs(y - self.center[1])
         return _circular_arc(self.depth, self.radius, distance)
@@ -179,6 +183,7 @@ class Hemisphere:
         _check_center(self.center)
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
+        """Return the ordinates f at the points (x, y)."""
         return _circular_arc(self.depth, self.radius, _distance(x, y, self.center))
 
 
@@ -216,6 +221,7 @@ class HillAndFloor:
         positive_number(self.scale, "scale")
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
+        """Return the ordinates f at the points (x, y)."""
         across, along = np.abs(y) / self.scale, np.abs(x) / self.scale
         m = np.maximum(4 * across, 3 * (along + across)) / 96
         return np.asarray(np.minimum(self.floor, self.hill * m**2))
@@ -240,6 +246,7 @@ class Uppermost:
         object.__setattr__(self, "profiles", profiles)
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
+        """Return the ordinates f at the points (x, y)."""
         return np.asarray(np.minimum.reduce([np.asarray(profile(x, y)) for profile in self.profiles]))
 
     def __repr__(self) -> str:

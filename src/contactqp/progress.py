@@ -5,10 +5,10 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, TimeoutError
+from concurrent.futures import Future
 from threading import Thread
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from rich.status import Status as RichStatus
@@ -40,7 +40,9 @@ class Progress:
     def __enter__(self) -> Progress:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self._status is not None:
             self._status.stop()
             self._status = None
@@ -61,7 +63,9 @@ class Progress:
         self._status.update(" · ".join(part for part in parts if part))
 
 
-def run_interruptibly(call: Callable[[], T], progress: Progress | None = None, abandon: Callable[[], None] | None = None) -> T:
+def run_interruptibly(
+    call: Callable[[], T], progress: Progress | None = None, abandon: Callable[[], None] | None = None
+) -> T:
     """Run a long call into a compiled library so that Ctrl-C is answered at once.
 
     The call runs in a thread of its own, which the main thread waits for; libraries that release the
@@ -103,5 +107,3 @@ def run_interruptibly(call: Callable[[], T], progress: Progress | None = None, a
 def silent() -> Progress:
     """Return a progress that shows nothing."""
     return Progress("", shown=False)
-
-

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -89,7 +89,7 @@ class Solution:
 
     @property
     def deflection(self) -> Vector:
-        """w = f - ω (length, positive downwards), shape (n,)."""
+        """W = f - ω (length, positive downwards), shape (n,)."""
         return self._physical("deflection").deflection(self.gap)
 
     @property
@@ -110,7 +110,8 @@ class Solution:
     def _physical(self, attribute: str) -> TensionedNet:
         if self.model is None:
             raise AttributeError(
-                f"{attribute} needs a Membrane or a Cable; this solution is of a bare ContactQP, which knows gap and reaction only"
+                f"{attribute} needs a Membrane or a Cable; "
+                "this solution is of a bare ContactQP, which knows gap and reaction only"
             )
         return self.model
 
@@ -118,8 +119,8 @@ class Solution:
         """Return all fields on the net as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
 
         Variables: gap, deflection, support, reaction, contact_pressure, load, gap_lower, gap_upper, and
-        contact_state (1 certainly in contact, 0 certainly clear, -1 undecided). Where there is no support, gap and its bounds
-        are infinite.
+        contact_state (1 certainly in contact, 0 certainly clear, -1 undecided). Where there is no support, gap and
+        its bounds are infinite.
         """
         from .datasets import solution_dataset
 
@@ -141,19 +142,15 @@ class Solution:
             f"{self.iterations} {self.iteration_unit}{'' if self.iterations == 1 else 's'}, {self.seconds:.3g} s",
             f"  problem     {subject}",
         ]
+        relative = f"{self.relative_bound:.1g} of the gap scale; tol {self.tol:g}"
         if self.certificate is not None:
-            lines.append(
-                f"  gap error   <= {self.certificate.gap_bound:.2g} (certified), {self.relative_bound:.1g} of the gap scale; "
-                f"tol {self.tol:g}"
-            )
+            lines.append(f"  gap error   <= {self.certificate.gap_bound:.2g} (certified), {relative}")
             certain, clear = (int(np.count_nonzero(m)) for m in (self.certificate.contact, self.certificate.clear))
             undecided = int(np.count_nonzero(self.certificate.undecided))
             lines.append(f"  nodes       {certain} in contact, {clear} clear, {undecided} undecided")
         elif self.residuals is not None:
-            lines.append(
-                f"  residual    {self.residuals.natural_residual:.2g} (natural), {self.relative_bound:.1g} of the gap scale; "
-                f"tol {self.tol:g}; no enclosure is known for this matrix"
-            )
+            residual = f"{self.residuals.natural_residual:.2g} (natural), {relative}"
+            lines.append(f"  residual    {residual}; no enclosure is known for this matrix")
         if self.residuals is not None and self.model is not None and self.max_slope > SLOPE_LIMIT:
             lines.append(f"  caution     largest slope {self.max_slope:.2g}: the theory assumes small slopes")
         if self.note:

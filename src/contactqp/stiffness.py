@@ -124,7 +124,8 @@ def checked_matrix(value: Any) -> csr_array:
     worst = int(np.argmin(diagonal))
     if not diagonal[worst] > 0:
         raise ValueError(
-            f"G must be positive definite, but G[{worst}, {worst}] is {diagonal[worst]:g}; every diagonal entry must be > 0"
+            f"G must be positive definite, but G[{worst}, {worst}] is {diagonal[worst]:g}; "
+            "every diagonal entry must be > 0"
         )
     return _symmetric(matrix)
 
@@ -152,8 +153,8 @@ def refuse_indefinite(matrix: csr_array) -> None:
     """Raise a ValueError unless the symmetric ``matrix`` is positive definite.
 
     Diagonal dominance settles most matrices of contact problems in one pass (Taussky 1949: weakly dominant
-    rows, one of them strictly in each irreducible part, and a positive diagonal). Otherwise the signs of the pivots of a
-    symmetric factorisation are counted (Sylvester's law of inertia).
+    rows, one of them strictly in each irreducible part, and a positive diagonal). Otherwise the signs of the pivots
+    of a symmetric factorisation are counted (Sylvester's law of inertia).
     """
     from scipy.sparse import csgraph
 

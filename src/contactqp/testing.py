@@ -46,7 +46,8 @@ def assert_complementary(problem: ContactQP | TensionedNet, gap: ArrayLike, *, t
     >>> assert_complementary(cable, solution.gap + 0.1)
     Traceback (most recent call last):
         ...
-    AssertionError: gap does not solve Cable(9 nodes, spacing=1, tension=1): certified bound 3.5 > 1e-06 of the gap scale
+    AssertionError: gap does not solve Cable(9 nodes, spacing=1, tension=1): certified bound 3.5 > 1e-06 of the gap
+    scale
       worst node 1 (x=2, y=0): gap 0.1, reaction 0.9, min(gap, R/G_ii) = 0.1
       min gap 0.1, min reaction 0.1, gap·R 4.35...
     """
@@ -66,7 +67,8 @@ def assert_complementary(problem: ContactQP | TensionedNet, gap: ArrayLike, *, t
         f"gap does not solve {problem!r}: {kind} {verdict.relative_bound:.2g} > {tol:g} of the gap scale\n"
         f"  worst {_name_node(problem, worst)}: gap {omega[worst]:.6g}, reaction {reaction[worst]:.6g}, "
         f"min(gap, R/G_ii) = {natural[worst]:.3g}\n"
-        f"  min gap {residuals.min_gap:.3g}, min reaction {residuals.min_reaction:.3g}, gap·R {residuals.complementarity:.3g}"
+        f"  min gap {residuals.min_gap:.3g}, min reaction {residuals.min_reaction:.3g}, "
+        f"gap·R {residuals.complementarity:.3g}"
     )
 
 

@@ -163,7 +163,8 @@ class Backend(ABC):
         """Raise a MissingBackendError if the library is not installed."""
         if cls.version() is None:
             raise MissingBackendError(
-                f"backend {cls.name!r} needs the package {cls.package!r}, which is not installed; type: pip install {cls.package}"
+                f"backend {cls.name!r} needs the package {cls.package!r}, which is not installed; "
+                f"type: pip install {cls.package}"
             )
 
     @classmethod
@@ -188,5 +189,6 @@ class Backend(ABC):
             )
         if Need.LATTICE in cls.needs and problem.stencil is None:
             raise UnsuitableProblemError(
-                f"backend {cls.name!r} needs a problem on a lattice (a Membrane or a Cable), but G was given as a matrix"
+                f"backend {cls.name!r} needs a problem on a lattice (a Membrane or a Cable), "
+                "but G was given as a matrix"
             )

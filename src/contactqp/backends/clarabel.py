@@ -6,6 +6,7 @@ Goulart and Chen, *Clarabel: an interior-point solver for conic programs with qu
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -49,8 +50,8 @@ class Clarabel(Backend):
             Clarabel's settings of the same names; the defaults are the fastest of those that
             ``benchmarks/backend_settings.py`` tried.
         eps : float, optional
-            Clarabel's first tolerance on the duality gap; by default 0.001 tol², but not below 1e-15. Its square root counts: where
-            gap and reaction are both small, an interior point has ω_i R_i ≈ eps and leaves √eps of both.
+            Clarabel's first tolerance on the duality gap; by default 0.001 tol², but not below 1e-15. Its square root
+            counts: where gap and reaction are both small, an interior point has ω_i R_i ≈ eps and leaves √eps of both.
         """
         import clarabel
         from scipy import sparse
@@ -86,9 +87,9 @@ class Clarabel(Backend):
             solver.set_termination_callback(lambda info: abandoned)
             return solver
 
-        def work() -> tuple[Vector, str, int, float]:
+        def work(weight: float, eps: float, iterations: int) -> tuple[Vector, str, int, float]:
             started = time.perf_counter()
-            solver = set_up(weight, eps, min(budget - done, _ROUND_ITER))
+            solver = set_up(weight, eps, iterations)
             setup_seconds = time.perf_counter() - started
             result = solver.solve()
             return np.array(result.x), str(result.status), int(result.iterations), setup_seconds
@@ -103,7 +104,8 @@ class Clarabel(Backend):
             eps = first if tolerance is None else tolerance
             if tolerance is not None and eps >= first:
                 continue
-            gap, status, iterations, setup = run_interruptibly(work, task.progress, abandon)
+            call = partial(work, weight, eps, min(budget - done, _ROUND_ITER))
+            gap, status, iterations, setup = run_interruptibly(call, task.progress, abandon)
             done += iterations
             setup_seconds += setup
             stop = _STOPS.get(status, Stop.FAILED)

@@ -7,6 +7,7 @@ Mathematical Programming Computation 12 (2020).
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -32,7 +33,7 @@ class Osqp(Backend):
         problem: ContactQP,
         task: Task,
         *,
-        rho: float = 0.1,
+        rho: float = 0.03,
         alpha: float = 1.8,
         sigma: float = 1e-6,
         scaling: int = 10,
@@ -103,7 +104,7 @@ class Osqp(Backend):
         done = 0
         while True:
             task.progress.update(f"{done} iterations")
-            result = run_interruptibly(lambda: resume(solver, eps, budget - done), task.progress, give_up)
+            result = run_interruptibly(partial(resume, solver, eps, budget - done), task.progress, give_up)
             done += int(result.info.iter)
             status = result.info.status
             if status == "interrupted":

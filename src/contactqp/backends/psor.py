@@ -1,7 +1,7 @@
 """Projected successive over-relaxation, the reference method.
 
-Cryer, *The solution of a quadratic programming problem using systematic overrelaxation*, SIAM J. Control 9 (1971). The kernels are in
-`contactqp.sor`.
+Cryer, *The solution of a quadratic programming problem using systematic overrelaxation*, SIAM J. Control 9 (1971).
+The kernels are in `contactqp.sor`.
 """
 
 from __future__ import annotations
@@ -54,8 +54,9 @@ class Psor(Backend):
             Order of the nodes; the second is for membranes and cables only.
         stopping : {"certified", "step", "residual"}
             "certified": when the judge is satisfied. "step": when max|ω_i change| of a sweep is below
-            ``stopping_length``. "residual": when after a sweep max|min(ω_i, R_i/k)| is, with the stiffness k of an arm (on
-            a membrane the tension; for a matrix its largest off-diagonal entry). The sweep that passes is counted.
+            ``stopping_length``. "residual": when after a sweep max|min(ω_i, R_i/k)| is, with the stiffness k of an
+            arm (on a membrane the tension; for a matrix its largest off-diagonal entry). The sweep that passes is
+            counted.
         stopping_length : float, optional
             Length for the last two rules, in the problem's unit; by default ``tol`` times the gap scale. The paper's is
             0.001 of the spacing.
@@ -79,8 +80,10 @@ class Psor(Backend):
 
         started = time.perf_counter()
         sweeper: Sweeper
-        start = None if task.warm_start is None else np.where(
-            problem.supported, np.maximum(task.warm_start, 0.0), task.warm_start
+        start = (
+            None
+            if task.warm_start is None
+            else np.where(problem.supported, np.maximum(task.warm_start, 0.0), task.warm_start)
         )
         if stencil is not None and stencil.uniform:
             sweeper = LatticeSweeper(stencil, problem.q, problem.supported, start, order == "red-black")

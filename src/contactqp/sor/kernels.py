@@ -2,8 +2,8 @@
 
 All lattice kernels work on arrays with a ring of frame points about the net, so that no neighbour needs a test, and
 on runs: (row, first column, one past the last column) of the nodes of a row that follow each other without a gap.
-``drive`` is q_i/G_ii, ``lower`` is 0 at supported nodes and -inf at others, ``across`` and ``along`` are the stiffnesses of a
-horizontal and of a vertical arm over G_ii.
+``drive`` is q_i/G_ii, ``lower`` is 0 at supported nodes and -inf at others, ``across`` and ``along`` are the
+stiffnesses of a horizontal and of a vertical arm over G_ii.
 
 The answer's certificate is computed elsewhere from the result, so the sweeps may contract products and sums.
 """

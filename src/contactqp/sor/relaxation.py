@@ -3,8 +3,9 @@
 For a consistently ordered matrix an eigenvalue μ of the Jacobi matrix and one λ of over-relaxation with the factor
 β satisfy (λ + β - 1)² = λβ²μ² (Young, *Iterative Solution of Large Linear Systems*, 1971, ch. 5), and
 β = 2/(1 + √(1 - μ²)) is the best factor. As long as β is below it, the steps decay with a real λ that shows in
-their ratio. Raising β whenever the measured λ betrays a larger μ is the adaptive procedure of Hageman and Young (*Applied Iterative
-Methods*, 1981, ch. 9). Once the contact set has settled the projected iteration is the linear one on the free nodes.
+their ratio. Raising β whenever the measured λ betrays a larger μ is the adaptive procedure of Hageman and Young
+(*Applied Iterative Methods*, 1981, ch. 9). Once the contact set has settled the projected iteration is the linear one
+on the free nodes.
 """
 
 from __future__ import annotations

@@ -19,7 +19,10 @@ class Sweeper(Protocol):
     size: int
 
     def sweep(self, beta: float, sweeps: int, small: float = 0.0) -> tuple[int, float]:
-        """Do up to ``sweeps`` sweeps, fewer if the largest step falls below ``small``; return their number and that step."""
+        """Do up to ``sweeps`` sweeps; return their number and the largest step of the last one.
+
+        It ends early once that step is below ``small``.
+        """
         ...
 
     def residual(self, weight: float) -> float:
@@ -47,12 +50,14 @@ class LatticeSweeper:
         self._kernel = kernels.red_black_sweeps if red_black else kernels.lexicographic_sweeps
 
     def sweep(self, beta: float, sweeps: int, small: float = 0.0) -> tuple[int, float]:
+        """See `Sweeper`."""
         done, step = self._kernel(
             self._omega, self._drive, self._lower, self._runs, self._across, self._along, beta, sweeps, small
         )
         return int(done), float(step)
 
     def residual(self, weight: float) -> float:
+        """See `Sweeper`."""
         return float(
             kernels.lattice_residual(
                 self._omega, self._drive, self._lower, self._runs, self._across, self._along, weight
@@ -60,6 +65,7 @@ class LatticeSweeper:
         )
 
     def gap(self) -> Vector:
+        """See `Sweeper`."""
         return np.asarray(self._omega[1:-1, 1:-1][self._mask])
 
 
@@ -76,15 +82,18 @@ class SparseSweeper:
         self._omega = np.zeros(self.size) if start is None else np.array(start)
 
     def sweep(self, beta: float, sweeps: int, small: float = 0.0) -> tuple[int, float]:
+        """See `Sweeper`."""
         done, step = kernels.sparse_sweeps(
             *self._rows, self._diagonal, self._q, self._lower, self._omega, beta, sweeps, small
         )
         return int(done), float(step)
 
     def residual(self, weight: float) -> float:
+        """See `Sweeper`."""
         return float(kernels.sparse_residual(*self._rows, self._diagonal, self._q, self._lower, self._omega, weight))
 
     def gap(self) -> Vector:
+        """See `Sweeper`."""
         return self._omega.copy()
 
 
