@@ -46,10 +46,6 @@ class Barrier:
         """Largest v for a smallest s of one: the error per unit of residual that this barrier can promise."""
         return float(self.v.max() / self.s.min())
 
-    def scaled(self, factor: float) -> Barrier:
-        """Return the barrier of ``factor`` times G."""
-        return Barrier(self.v, self.s * factor, self.kind)
-
 
 def find_barrier(stiffness: Stiffness) -> Barrier | None:
     """Return a barrier of a symmetric Z-matrix, or None where none is found (then G is no M-matrix).

@@ -48,7 +48,7 @@ class Cable(TensionedNet):
     >>> cable
     Cable(9 nodes, spacing=1, tension=1)
     >>> cq.solve(cable, backend="clarabel").contact.nonzero()[0] + 1
-    array([3, 4, 5, 6, 7])
+    array([2, 3, 4, 5, 6, 7, 8])
     """
 
     _tension_unit = "force"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._checks import open_interval, positive_number
+from ._checks import integer_at_least, open_interval, positive_number
 from .backends import get_backend
 from .errors import MissingBackendError, UnsuitableProblemError
 from .judge import Status
@@ -271,6 +271,7 @@ def compare(
     backends: Sequence[str] = STANDARD_BACKENDS,
     *,
     tol: float = 1e-6,
+    max_iter: int | None = None,
     time_limit: float | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> Comparison:
@@ -286,6 +287,8 @@ def compare(
         Names, see `backend_names`.
     tol : float
         As for `solve`, for every backend.
+    max_iter : int, optional
+        Iterations of each backend, in its own unit.
     time_limit : float, optional
         Seconds for each backend.
     options : mapping of str to mapping, optional
@@ -326,13 +329,16 @@ def compare(
     if not isinstance(problem, (ContactQP, TensionedNet)):
         raise TypeError(f"problem must be a Membrane, a Cable or a ContactQP, got {type(problem).__name__}")
     tol = open_interval(tol, 0.0, 1.0, "tol")
+    if max_iter is not None:
+        max_iter = integer_at_least(max_iter, 1, "max_iter")
     if time_limit is not None:
         time_limit = positive_number(time_limit, "time_limit")
     algebra = problem.problem if isinstance(problem, TensionedNet) else problem
     rows: list[Row] = []
     solutions: dict[str, Solution] = {}
     for name in names:
-        outcome = _attempt(problem, name, tol, time_limit, options.get(name, {}))
+        limits = {"tol": tol, "max_iter": max_iter, "time_limit": time_limit}
+        outcome = _attempt(problem, name, limits, options.get(name, {}))
         if isinstance(outcome, Solution):
             solutions[name] = outcome
             rows.append(_row(outcome, name))
@@ -342,10 +348,10 @@ def compare(
 
 
 def _attempt(
-    problem: ContactQP | TensionedNet, name: str, tol: float, time_limit: float | None, options: Mapping[str, Any]
+    problem: ContactQP | TensionedNet, name: str, limits: Mapping[str, Any], options: Mapping[str, Any]
 ) -> Solution | Row:
     try:
-        return solve(problem, name, tol=tol, time_limit=time_limit, on_failure="ignore", **options)
+        return solve(problem, name, on_failure="ignore", **limits, **options)
     except MissingBackendError as error:
         return Row(name, "missing", str(error))
     except UnsuitableProblemError as error:
@@ -405,7 +411,7 @@ def _count(value: int | None) -> str:
 def _seconds(row: Row) -> str:
     if row.setup_seconds is None or row.solve_seconds is None:
         return "-"
-    return f"{row.setup_seconds + row.solve_seconds:.3f}"
+    return f"{row.setup_seconds + row.solve_seconds:#.3g}"
 
 
 _COLUMNS: dict[str, Callable[[Row], str]] = {

@@ -44,8 +44,8 @@ class Lattice:
     >>> lattice.node_x
     array([0. , 0.5, 0. , 0.5, 1. ])
     >>> lattice.scatter([1, 2, 3, 4, 5], fill=0)
-    array([[1., 2., 0.],
-           [3., 4., 5.]])
+    array([[1, 2, 0],
+           [3, 4, 5]])
     """
 
     def __init__(self, mask: ArrayLike, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> None:

@@ -11,7 +11,7 @@ from ._checks import Mask
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from .compare import Comparison
     from .model import TensionedNet
@@ -23,31 +23,30 @@ _BLUE, _GROUND = "#2f6690", "#b9a88f"
 
 def plot_solution(solution: Solution) -> Figure:
     """Draw a solution: for a membrane its contact map beside the middle section, for a cable the section alone."""
-    from matplotlib.figure import Figure
-
-    model = solution._physical("plot")
-    if is_line(model):
-        figure = Figure(figsize=(9, 5), layout="constrained")
+    model = solution.model
+    if model is None:
+        figure = _new_figure(7, 4.4)
+        _draw_sorted_gap(figure.subplots(), solution)
+    elif is_line(model):
+        figure = _new_figure(9, 5)
         draw_section(figure.subplots(2, 1, sharex=True, height_ratios=[3, 1.4]), solution)
     else:
         height = float(np.clip(6.5 * model.lattice.shape[0] / model.lattice.shape[1], 3.6, 6.5))
-        figure = Figure(figsize=(12.5, height + 0.7), layout="constrained")
-        left, right = np.atleast_1d(figure.subfigures(1, 2, width_ratios=[1.15, 1]))
+        figure = _new_figure(12.5, height + 1.0)
+        left, right = _two_halves(figure)
         draw_contact_map(left.subplots(), solution)
         draw_section(right.subplots(2, 1, sharex=True, height_ratios=[3, 1.4]), solution)
-    figure.suptitle(_headline(solution), x=0.01, ha="left", fontsize="medium", color=INK)
+    _head(figure, _headline(solution))
     return figure
 
 
 def plot_comparison(comparison: Comparison) -> Figure:
     """Draw the best answer's contact map or section, and for each backend its bound and its time."""
-    from matplotlib.figure import Figure
-
     best = comparison.best
     if best is None:
         raise ValueError(f"there is nothing to draw: no backend returned an answer ({comparison.verdict()})")
-    figure = Figure(figsize=(12.5, 5.6), layout="constrained")
-    left, right = np.atleast_1d(figure.subfigures(1, 2, width_ratios=[1.15, 1]))
+    figure = _new_figure(12.5, 5.8)
+    left, right = _two_halves(figure)
     if best.model is None:
         _draw_sorted_gap(left.subplots(), best)
     elif is_line(best.model):
@@ -60,7 +59,7 @@ def plot_comparison(comparison: Comparison) -> Figure:
     _draw_bars(above, below, comparison)
     verdict = "all agree" if comparison.agree else "no agreement: " + ", ".join(comparison.culprits)
     title = f"{len(comparison.rows)} backends, {best.problem.size} nodes, {verdict}"
-    figure.suptitle(title, x=0.01, ha="left", fontsize="large", color=INK)
+    _head(figure, title)
     return figure
 
 
@@ -191,7 +190,7 @@ def _mark_differences(axes: Axes, comparison: Comparison, model: TensionedNet) -
     differing = np.unique(np.concatenate(nodes)) if nodes else np.array([], dtype=int)
     if differing.size:
         x, y = model.lattice.node_x[differing], model.lattice.node_y[differing]
-        axes.scatter(x, y, s=26, facecolors="none", edgecolors="black", label="backends differ")
+        axes.scatter(x, y, s=26, facecolors="none", edgecolors="black")
         axes.set_title(f"Contact map; backends differ at {differing.size} circled nodes")
 
 
@@ -207,19 +206,10 @@ def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
     floor = min([*(b for b in bounds if b > 0), comparison.tol]) / 10
     above.barh(position, np.array(bounds) - floor, left=floor, color=colours, height=0.6)
     above.axvline(comparison.tol, color=INK, lw=1, ls="--")
-    above.annotate(
-        f"tol {comparison.tol:g} ",
-        (comparison.tol, 0.03),
-        xycoords=("data", "axes fraction"),
-        ha="right",
-        fontsize="small",
-        color=INK,
-        bbox={"color": "white", "alpha": 0.7, "pad": 1},
-    )
     above.set(
         xscale="log",
         xlim=(floor, None),
-        title="Certified error of the gap, over the gap scale",
+        title=f"Certified error of the gap over the gap scale; dashed: tol {comparison.tol:g}",
         yticks=position,
         yticklabels=names,
     )
@@ -229,7 +219,7 @@ def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
     start = min(finite) / 3 if finite else 1e-3
     below.barh(position, np.array(seconds) - start, left=start, color=_GROUND, height=0.6)
     for k, row in enumerate(rows):
-        text = row.status if row.iterations is None else f"{row.iterations} iterations"
+        text = row.status if row.iterations is None else _counted(comparison, row.backend, row.iterations)
         below.annotate(
             f" {text}", (seconds[k] if seconds[k] > 0 else start, k), va="center", fontsize="small", color=INK
         )
@@ -237,6 +227,11 @@ def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
     for axes in (above, below):
         axes.title.set_fontsize("medium")
         _tidy(axes)
+
+
+def _counted(comparison: Comparison, backend: str, iterations: int) -> str:
+    unit = comparison.solutions[backend].iteration_unit
+    return f"{iterations} {unit}{'' if iterations == 1 else 's'}"
 
 
 def _draw_sorted_gap(axes: Axes, solution: Solution) -> None:
@@ -251,9 +246,39 @@ def _draw_sorted_gap(axes: Axes, solution: Solution) -> None:
     _tidy(axes)
 
 
+def _new_figure(width: float, height: float) -> Figure:
+    """Return a figure that belongs to no window and shows itself in a notebook."""
+    from io import BytesIO
+
+    from matplotlib.figure import Figure
+
+    class Picture(Figure):
+        def _repr_png_(self) -> bytes:
+            buffer = BytesIO()
+            self.savefig(buffer, format="png", dpi=90)
+            return buffer.getvalue()
+
+    return Picture(figsize=(width, height), layout="constrained")
+
+
+def _head(figure: Figure, text: str) -> None:
+    """Write a headline, with room below it that the titles of subfigures cannot take."""
+    figure.suptitle(text + "\n", x=0.01, ha="left", fontsize="large", color=INK)
+
+
+def _two_halves(figure: Figure) -> tuple[SubFigure, SubFigure]:
+    halves: Any = figure.subfigures(1, 2, width_ratios=[1.15, 1])
+    return halves[0], halves[1]
+
+
 def _middle_row(mask: Mask) -> int:
-    rows = np.flatnonzero(mask.any(axis=1))
-    return int(rows[np.argmin(np.abs(rows - (mask.shape[0] - 1) / 2))])
+    """Return the row of most nodes among those in the middle fifth, the nearest to the middle first."""
+    middle = (mask.shape[0] - 1) / 2
+    count = mask.sum(axis=1)
+    distance = np.abs(np.arange(mask.shape[0]) - middle)
+    reach = max(distance[count > 0].min(), 0.1 * mask.shape[0])
+    candidates = np.flatnonzero((distance <= reach) & (count > 0))
+    return int(min(candidates, key=lambda row: (-count[row], distance[row])))
 
 
 def _headline(solution: Solution) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ._checks import Mask, Vector, positive_number, read_only, vector
 from .barrier import Barrier, find_barrier
 from .stencil import Stencil
-from .stiffness import SparseStiffness, Stiffness, checked_matrix, refuse_indefinite
+from .stiffness import SparseStiffness, checked_matrix, refuse_indefinite
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -24,14 +24,14 @@ class Units:
 
     Attributes
     ----------
-    length : float
-        Unit of the gap (length).
-    force : float
+    length : float or array, shape (n,)
+        Unit of the gap (length); each unknown of a matrix has its own.
+    force : float or array, shape (n,)
         Unit of q and of the reaction (force).
     """
 
-    length: float
-    force: float
+    length: float | Vector
+    force: float | Vector
 
 
 class ContactQP:
@@ -85,7 +85,7 @@ class ContactQP:
         supported: ArrayLike | None = None,
         gap_scale: float | None = None,
     ) -> None:
-        self.stiffness: Stiffness
+        self.stiffness: Stencil | SparseStiffness
         if isinstance(G, Stencil):
             self.stiffness = G
         else:
@@ -160,19 +160,26 @@ class ContactQP:
         return self.stiffness.matvec(omega) + self.q
 
     def scaled(self) -> tuple[ContactQP, Units]:
-        """Return the dimensionless problem (largest diagonal entry 1, gap scale 1) and its units.
+        """Return the dimensionless problem and its units.
 
-        Its solution times ``units.length`` is this problem's.
+        Its solution times ``units.length`` is this problem's. The largest diagonal entry is 1, and the gap scale; a
+        matrix gets a diagonal of ones, by a unit of length for each unknown, which keeps it symmetric and its signs.
         """
-        stiffness_unit = float(self.stiffness.diagonal().max())
-        units = Units(length=self.gap_scale, force=stiffness_unit * self.gap_scale)
+        diagonal = self.stiffness.diagonal()
+        largest = float(diagonal.max())
         problem = ContactQP.__new__(ContactQP)
-        problem.stiffness = self.stiffness.scaled(1 / stiffness_unit)
+        units: Units
+        if isinstance(self.stiffness, SparseStiffness):
+            relative = np.sqrt(largest / diagonal)
+            problem.stiffness = self.stiffness.balanced(relative / np.sqrt(largest))
+            units = Units(self.gap_scale * relative, self.gap_scale * largest / relative)
+        else:
+            problem.stiffness = self.stiffness.scaled(1 / largest)
+            units = Units(self.gap_scale, self.gap_scale * largest)
         problem.q = read_only(self.q / units.force)
         problem.supported = self.supported
         problem._gap_scale = 1.0
         problem.__dict__["positive_off_diagonal"] = self.positive_off_diagonal
-        problem.__dict__["barrier"] = None if self.barrier is None else self.barrier.scaled(1 / stiffness_unit)
         return problem, units
 
     def __repr__(self) -> str:

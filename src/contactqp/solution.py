@@ -127,9 +127,11 @@ class Solution:
         return solution_dataset(self)
 
     def plot(self) -> Figure:
-        """Draw the contact map and the middle section with gap, deflection and reaction.
+        """Draw the contact map and the middle section with support, deflection and reaction.
 
         The certain states have their own colours: in contact, clear, undecided; a line marks the free boundary.
+        A cable has a section only, and a bare `ContactQP` its gaps and reactions, sorted. The figure shows itself in a
+        notebook; elsewhere use ``figure.savefig``.
         """
         from .plotting import plot_solution
 

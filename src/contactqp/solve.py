@@ -13,7 +13,7 @@ from ._checks import Vector, integer_at_least, one_of, open_interval, positive_n
 from .backends import choose_backend, get_backend
 from .backends.base import Answer, Stop, Task
 from .errors import ContactWarning, NotCertifiedError
-from .judge import Status, judge
+from .judge import Status, judge, relative_bound
 from .model import TensionedNet
 from .problem import ContactQP
 from .progress import Progress
@@ -24,6 +24,14 @@ _LIMITS = {
     Stop.ITERATION_LIMIT: Status.ITERATION_LIMIT,
     Stop.TIME_LIMIT: Status.TIME_LIMIT,
     Stop.FAILED: Status.FAILED,
+}
+
+
+_OUTCOMES = {
+    Status.INACCURATE: "returned an inaccurate answer",
+    Status.ITERATION_LIMIT: "stopped at its iteration limit",
+    Status.TIME_LIMIT: "stopped at its time limit",
+    Status.FAILED: "failed",
 }
 
 
@@ -105,7 +113,8 @@ def solve(
     scaled, units = algebra.scaled()
 
     def bound(gap: Vector) -> float:
-        return judge(scaled, gap, tol).relative_bound
+        candidate = gap * units.length
+        return relative_bound(algebra, candidate) if np.isfinite(candidate).all() else np.inf
 
     with Progress(f"{backend} · {algebra.size} unknowns") as progress:
         task = Task(
@@ -115,6 +124,7 @@ def solve(
             warm_start=None if start_gap is None else start_gap / units.length,
             bound=bound,
             length_unit=units.length,
+            gap_scale=algebra.gap_scale,
             progress=progress,
         )
         answer: Answer = method().solve(scaled, task, **options)
@@ -163,7 +173,7 @@ def _report(solution: Solution, on_failure: str) -> None:
     if solution.status.ok or on_failure == "ignore":
         return
     message = (
-        f"{solution.backend} returned an answer that is {solution.status.value.replace('_', ' ')}: "
+        f"{solution.backend} {_OUTCOMES[solution.status]}: "
         f"bound {solution.relative_bound:.2g} of the gap scale, wanted {solution.tol:g} "
         f"({solution.termination}). {solution.status.advice}"
     )

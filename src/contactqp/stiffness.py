@@ -36,10 +36,6 @@ class Stiffness(Protocol):
         """Return the diagonal."""
         ...
 
-    def scaled(self, factor: float) -> Stiffness:
-        """Return ``factor`` times G."""
-        ...
-
     def tocsr(self) -> csr_array:
         """Return G as a sparse array with sorted column numbers."""
         ...
@@ -75,9 +71,12 @@ class SparseStiffness:
         """Return the diagonal."""
         return np.asarray(self._matrix.diagonal())
 
-    def scaled(self, factor: float) -> SparseStiffness:
-        """Return ``factor`` times G."""
-        return SparseStiffness(self._matrix * factor)
+    def balanced(self, weights: Vector) -> SparseStiffness:
+        """Return the matrix with the entries weights_i G_ij weights_j."""
+        rows = np.repeat(np.arange(self.size), np.diff(self._matrix.indptr))
+        matrix = self._matrix.copy()
+        matrix.data *= weights[rows] * weights[matrix.indices]
+        return SparseStiffness(matrix)
 
     def tocsr(self) -> csr_array:
         """Return the sparse array itself."""

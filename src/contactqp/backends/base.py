@@ -44,7 +44,7 @@ class Task:
     Attributes
     ----------
     tol : float
-        Wanted bound of the gap's error; the dimensionless problem's gap scale is one.
+        Wanted bound of the gap's error, relative to the gap scale.
     max_iter : int or None
         Limit of iterations over all rounds; None for the backend's own default.
     time_limit : float or None
@@ -52,9 +52,12 @@ class Task:
     warm_start : array or None
         A dimensionless gap to start from.
     bound : callable
-        ``bound(gap)`` returns the judge's error bound of a gap vector: certified for an M-matrix.
-    length_unit : float
-        Length in the user's units of one dimensionless length, for options that are lengths.
+        ``bound(gap)`` returns the judge's bound of a dimensionless gap's error, relative to the gap scale: certified
+        for an M-matrix.
+    length_unit : float or array, shape (n,)
+        What one dimensionless gap is in the user's unit of length, for options that are lengths.
+    gap_scale : float
+        The problem's gap scale in the user's unit.
     progress : Progress
         To be kept up to date by backends that iterate in Python.
     """
@@ -64,18 +67,14 @@ class Task:
     time_limit: float | None
     warm_start: Vector | None
     bound: Callable[[Vector], float]
-    length_unit: float = 1.0
+    length_unit: float | Vector = 1.0
+    gap_scale: float = 1.0
     progress: Progress = field(default_factory=silent)
     started: float = field(default_factory=time.perf_counter)
 
-    @property
-    def target(self) -> float:
-        """The bound to reach: ``tol`` less a little room for the rounding of the scaling."""
-        return 0.98 * self.tol
-
     def accepts(self, gap: Vector) -> bool:
         """Whether the judge is satisfied with ``gap``."""
-        return self.bound(gap) <= self.target
+        return self.bound(gap) <= self.tol
 
     @property
     def seconds_left(self) -> float:

@@ -18,6 +18,7 @@ from .base import Answer, Backend, Stop, Task
 
 _MAX_ITER = 200
 _ROUND_ITER = 60
+_MANY = 10_000
 _FEASIBILITY = 1e-10
 _ROUNDS = ((1.0, None), (1.0, 1e-15), (100.0, 1e-16))
 """Factor on the objective and tolerance on the duality gap of the rounds, None for the first tolerance."""
@@ -50,15 +51,18 @@ class Clarabel(Backend):
             Clarabel's settings of the same names; the defaults are the fastest of those that
             ``benchmarks/backend_settings.py`` tried.
         eps : float, optional
-            Clarabel's first tolerance on the duality gap; by default 0.001 tol², but not below 1e-15. Its square root
-            counts: where gap and reaction are both small, an interior point has ω_i R_i ≈ eps and leaves √eps of both.
+            Clarabel's first tolerance on the duality gap; by default 0.01 tol² (0.001 tol² for more than 10,000
+            unknowns, whose certificate asks for more), but no less than at tol = 1e-6, where the rounding of the
+            objective begins. Its square root counts: where gap and reaction are both small, an interior point has
+            ω_i R_i ≈ eps and leaves √eps of both.
         """
         import clarabel
         from scipy import sparse
 
         one_of(direct_solve_method, ("qdldl", "faer"), "direct_solve_method")
         budget = _MAX_ITER if task.max_iter is None else task.max_iter
-        first = max(1e-3 * task.tol**2, 1e-15) if eps is None else eps
+        finest = 1e-15 if problem.size > _MANY else 1e-14
+        first = finest * max(task.tol / 1e-6, 1.0) ** 2 if eps is None else eps
         abandoned = False
 
         def set_up(weight: float, eps: float, iterations: int) -> Any:

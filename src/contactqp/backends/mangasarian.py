@@ -87,7 +87,7 @@ class Mangasarian(Backend):
         gap: Vector | None = None if result.x is None else np.asarray(result.x)
         return Answer(
             gap=gap,
-            stop=_STOPS.get(int(result.status), Stop.FAILED),
+            stop=_stop(int(result.status), str(result.message)),
             termination=" ".join(str(result.message).split()),
             iterations=int(result.nit),
             setup_seconds=setup_seconds,
@@ -95,4 +95,8 @@ class Mangasarian(Backend):
         )
 
 
-_STOPS = {0: Stop.DONE, 4: Stop.DONE}
+def _stop(status: int, message: str) -> Stop:
+    """Translate scipy's status; 1 stands for either limit, and 4 (numerical difficulties) is left to the judge."""
+    if status == 1:
+        return Stop.TIME_LIMIT if "time limit" in message.lower() else Stop.ITERATION_LIMIT
+    return Stop.DONE if status in (0, 4) else Stop.FAILED

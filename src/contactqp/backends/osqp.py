@@ -19,6 +19,7 @@ from .base import Answer, Backend, Stop, Task
 
 _MAX_ITER = 200_000
 _TIGHTEST = 1e-14
+_NEVER = 1e-15
 
 
 class Osqp(Backend):
@@ -66,6 +67,9 @@ class Osqp(Backend):
             "check_termination": check_termination,
             "polishing": polishing,
             "verbose": False,
+            # With G positive definite the program always has a solution: no test for the contrary may fire.
+            "eps_prim_inf": _NEVER,
+            "eps_dual_inf": _NEVER,
             "warm_starting": True,
         }
         budget = _MAX_ITER if task.max_iter is None else task.max_iter
@@ -102,7 +106,8 @@ class Osqp(Backend):
         setup_seconds = time.perf_counter() - started
         gap: Vector | None = None
         done = 0
-        while True:
+        status, stop = "time limit during set-up", Stop.TIME_LIMIT
+        while task.seconds_left > 0:
             task.progress.update(f"{done} iterations")
             result = run_interruptibly(partial(resume, solver, eps, budget - done), task.progress, give_up)
             done += int(result.info.iter)
@@ -113,15 +118,14 @@ class Osqp(Backend):
             stop = _STOPS.get(status, Stop.FAILED)
             if stop is not Stop.DONE or (gap is not None and task.accepts(gap)):
                 break
-            if task.seconds_left <= 0:
-                stop = Stop.TIME_LIMIT
-                break
             if done >= budget:
                 stop = Stop.ITERATION_LIMIT
                 break
-            eps /= 10
-            if eps < _TIGHTEST:
+            stop, tighter = Stop.TIME_LIMIT, eps / 10
+            if tighter < _TIGHTEST:
+                stop = Stop.DONE
                 break
+            eps = tighter
         return Answer(
             gap=gap,
             stop=stop,

@@ -55,8 +55,7 @@ class Psor(Backend):
         stopping : {"certified", "step", "residual"}
             "certified": when the judge is satisfied. "step": when max|ω_i change| of a sweep is below
             ``stopping_length``. "residual": when after a sweep max|min(ω_i, R_i/k)| is, with the stiffness k of an
-            arm (on a membrane the tension; for a matrix its largest off-diagonal entry). The sweep that passes is
-            counted.
+            arm (on a membrane the tension; for a matrix, which has no arms, G_ii). The sweep that passes is counted.
         stopping_length : float, optional
             Length for the last two rules, in the problem's unit; by default ``tol`` times the gap scale. The paper's is
             0.001 of the spacing.
@@ -71,9 +70,9 @@ class Psor(Backend):
         beta = adaptive.beta if adaptive else open_interval(relaxation, 0.0, 2.0, "relaxation")
         one_of(order, ("lexicographic", "red-black"), "order")
         one_of(stopping, ("certified", "step", "residual"), "stopping")
-        small = task.tol
+        small = task.tol * task.gap_scale
         if stopping_length is not None:
-            small = positive_number(stopping_length, "stopping_length") / task.length_unit
+            small = positive_number(stopping_length, "stopping_length")
         stencil = problem.stencil
         if order == "red-black" and stencil is None:
             raise ValueError("order='red-black' needs a Membrane or a Cable; a bare matrix has no colours")
@@ -86,9 +85,11 @@ class Psor(Backend):
             else np.where(problem.supported, np.maximum(task.warm_start, 0.0), task.warm_start)
         )
         if stencil is not None and stencil.uniform:
-            sweeper = LatticeSweeper(stencil, problem.q, problem.supported, start, order == "red-black")
+            sweeper = LatticeSweeper(
+                stencil, problem.q, problem.supported, start, float(task.length_unit), red_black=order == "red-black"
+            )
         else:
-            sweeper = SparseSweeper(problem.stiffness, problem.q, problem.supported, start)
+            sweeper = SparseSweeper(problem.stiffness, problem.q, problem.supported, start, task.length_unit)
         arm_weight = _arm_weight(problem) if stopping == "residual" else 1.0
         setup_seconds = time.perf_counter() - started
 
@@ -107,17 +108,17 @@ class Psor(Backend):
             if history:
                 records.append((step, sweeper.residual(1.0), beta))
             if stopping == "step" and step < small:
-                stop, why = Stop.DONE, f"step {step * task.length_unit:.2g}"
+                stop, why = Stop.DONE, f"step {step:.2g}"
                 break
             if stopping == "residual":
                 residual = sweeper.residual(arm_weight)
                 if residual < small:
-                    stop, why = Stop.DONE, f"residual {residual * task.length_unit:.2g}"
+                    stop, why = Stop.DONE, f"residual {residual:.2g}"
                     break
             if stopping == "certified" and done >= next_check:
                 bound = task.bound(sweeper.gap())
                 task.progress.update(f"{done} sweeps, bound {bound:.1e}")
-                if bound <= task.target:
+                if bound <= task.tol:
                     stop, why = Stop.DONE, f"certified bound {bound:.2g}"
                     break
                 next_check = done + max(1, done // 20)
@@ -128,7 +129,7 @@ class Psor(Backend):
                 adaptive.observe(step)
                 beta = adaptive.beta
         names = ("step", "residual", "relaxation")
-        columns = np.array(records).reshape(-1, 3).T * np.array([[task.length_unit], [task.length_unit], [1.0]])
+        columns = np.array(records).reshape(-1, 3).T
         return Answer(
             gap=sweeper.gap(),
             stop=stop,
@@ -142,9 +143,7 @@ class Psor(Backend):
 
 def _arm_weight(problem: ContactQP) -> float:
     """Return G_ii over the stiffness of an arm, by which R_i/G_ii becomes R_i over that stiffness."""
-    largest = float(problem.stiffness.diagonal().max())
-    if problem.stencil is not None and problem.stencil.uniform:
-        return largest / max(float(problem.stencil.horizontal), float(problem.stencil.vertical))
-    entries = problem.G.tocoo()
-    off = np.abs(entries.data[entries.coords[0] != entries.coords[1]])
-    return largest / float(off.max()) if off.size else 1.0
+    stencil = problem.stencil
+    if stencil is None or not stencil.uniform:
+        return 1.0
+    return float(stencil.diagonal()[0]) / max(float(stencil.horizontal), float(stencil.vertical))

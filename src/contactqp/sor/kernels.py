@@ -87,7 +87,7 @@ def lattice_residual(omega, drive, lower, runs, across, along, weight):  # type:
 
 
 _ROWS = "int32[::1], int32[::1], float64[::1]"
-_VECTORS = "float64[::1], float64[::1], float64[::1], float64[::1]"
+_VECTORS = "float64[::1], float64[::1], float64[::1], float64[::1], float64[::1]"
 
 
 @njit(
@@ -96,8 +96,11 @@ _VECTORS = "float64[::1], float64[::1], float64[::1], float64[::1]"
     fastmath=_CONTRACT,
     error_model="numpy",
 )
-def sparse_sweeps(indptr, indices, data, diagonal, q, lower, omega, beta, sweeps, small):  # type: ignore[no-untyped-def]
-    """Sweep over the rows of a sparse G in their order; otherwise as `lexicographic_sweeps`."""
+def sparse_sweeps(indptr, indices, data, diagonal, q, lower, unit, omega, beta, sweeps, small):  # type: ignore[no-untyped-def]
+    """Sweep over the rows of a sparse G in their order; otherwise as `lexicographic_sweeps`.
+
+    Steps are measured in units of ``unit``, one for each unknown.
+    """
     step = 0.0
     for sweep in range(sweeps):
         step = 0.0
@@ -109,7 +112,7 @@ def sparse_sweeps(indptr, indices, data, diagonal, q, lower, omega, beta, sweeps
             candidate = old - beta * reaction / diagonal[i]
             new = candidate if candidate > lower[i] else lower[i]
             omega[i] = new
-            change = abs(new - old)
+            change = unit[i] * abs(new - old)
             step = change if change > step else step
         if step < small:
             return sweep + 1, step
@@ -117,12 +120,12 @@ def sparse_sweeps(indptr, indices, data, diagonal, q, lower, omega, beta, sweeps
 
 
 @njit(f"float64({_ROWS}, {_VECTORS}, float64)", cache=True, error_model="numpy")
-def sparse_residual(indptr, indices, data, diagonal, q, lower, omega, weight):  # type: ignore[no-untyped-def]
+def sparse_residual(indptr, indices, data, diagonal, q, lower, unit, omega, weight):  # type: ignore[no-untyped-def]
     """Return max |min(ω_i - lower_i, weight R_i/G_ii)| over the rows."""
     worst = 0.0
     for i in range(q.size):
         reaction = q[i]
         for k in range(indptr[i], indptr[i + 1]):
             reaction += data[k] * omega[indices[k]]
-        worst = max(worst, abs(min(omega[i] - lower[i], weight * reaction / diagonal[i])))
+        worst = max(worst, unit[i] * abs(min(omega[i] - lower[i], weight * reaction / diagonal[i])))
     return worst

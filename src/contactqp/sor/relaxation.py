@@ -12,46 +12,60 @@ from __future__ import annotations
 
 import math
 
-_FIRST = 1.4
-_SETTLED = 0.05
-_LARGEST = 1.999
+_FIRST = 1.35
+_SHORTEST_WINDOW = 3
+_STEADY = 0.3
+_REAL = 0.3
+_DAMPING = 0.8
+_BOLDEST = 0.4
 
 
 class AdaptiveRelaxation:
-    """Raises the factor from the ratio of successive steps.
+    """Raises the factor from the decay of the steps.
+
+    The decay a sweep is measured over two windows in a row, each about 1/(2 - β) sweeps long, the time in which
+    transients of over-relaxation die out. Only if both agree, and lie well above β - 1, the modulus of all eigenvalues
+    once β is past the best factor, is the dominant eigenvalue taken for real, so that Young's formula applies. Raising
+    is damped, because an overestimate cannot be taken back.
 
     Attributes
     ----------
     beta : float
-        The factor to use for the next sweeps.
+        The factor to use for the next sweep.
 
     Examples
     --------
+    Steps that shrink by a tenth a sweep are too slow for β = 1.35, by Young's formula:
+
     >>> adaptive = AdaptiveRelaxation()
-    >>> adaptive.beta
-    1.4
+    >>> for sweep in range(8):
+    ...     adaptive.observe(0.9**sweep)
+    >>> round(adaptive.beta, 2), round(best_factor(0.9, 1.35), 2)
+    (1.58, 1.64)
     """
 
     def __init__(self) -> None:
         self.beta = _FIRST
-        self._ratios: list[float] = []
-        self._last = math.inf
+        self._steps: list[float] = []
 
     def observe(self, step: float) -> None:
         """Take note of the largest step of the sweep just done with `beta`."""
-        if math.isfinite(self._last) and self._last > 0:
-            self._ratios.append(step / self._last)
-        self._last = step
-        if len(self._ratios) < 3 or self.beta >= _LARGEST:
+        self._steps.append(step)
+        window = max(_SHORTEST_WINDOW, round(1 / (2 - self.beta)))
+        if len(self._steps) < 2 * window + 1 or step <= 0:
             return
-        first, second, ratio = self._ratios[-3:]
-        settled = max(abs(ratio - second), abs(second - first)) < _SETTLED * (1 - min(ratio, 1.0)) + 1e-12
-        if settled and self.beta - 1 < ratio < 1:
-            better = best_factor(ratio, self.beta)
-            if better > self.beta + 0.25 * (2 - self.beta) * _SETTLED:
-                self.beta = min(better, _LARGEST)
-                self._ratios.clear()
-                self._last = math.inf
+        late = (step / self._steps[-1 - window]) ** (1 / window)
+        early = (self._steps[-1 - window] / self._steps[-1 - 2 * window]) ** (1 / window)
+        decay = min(late, early)
+        if late >= 1 or abs(late - early) > _STEADY * (1 - late):
+            return
+        if decay <= self.beta - 1 + _REAL * (2 - self.beta):
+            return
+        raised = self.beta + _DAMPING * (best_factor(decay, self.beta) - self.beta)
+        raised = min(raised, 2 - _BOLDEST * (2 - self.beta))
+        if raised > self.beta + 0.01 * (2 - self.beta):
+            self.beta = raised
+            self._steps.clear()
 
 
 def best_factor(ratio: float, beta: float) -> float:

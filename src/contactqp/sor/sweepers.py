@@ -14,7 +14,7 @@ from . import kernels
 
 
 class Sweeper(Protocol):
-    """The current gap vector, and what can be done to it."""
+    """The current dimensionless gap, and what can be done to it; steps and residuals are lengths in the user's unit."""
 
     size: int
 
@@ -37,10 +37,20 @@ class Sweeper(Protocol):
 class LatticeSweeper:
     """Sweeps on the padded net of a uniform stencil, row by row or in red-black order."""
 
-    def __init__(self, stencil: Stencil, q: Vector, supported: Mask, start: Vector | None, red_black: bool) -> None:
+    def __init__(
+        self,
+        stencil: Stencil,
+        q: Vector,
+        supported: Mask,
+        start: Vector | None = None,
+        unit: float = 1.0,
+        *,
+        red_black: bool = False,
+    ) -> None:
         diagonal = float(stencil.diagonal()[0])
         self.size = stencil.size
         self._mask = stencil.mask
+        self._unit = unit
         self._across = float(stencil.horizontal) / diagonal
         self._along = float(stencil.vertical) / diagonal
         self._drive = stencil.pad(q / diagonal)
@@ -52,13 +62,21 @@ class LatticeSweeper:
     def sweep(self, beta: float, sweeps: int, small: float = 0.0) -> tuple[int, float]:
         """See `Sweeper`."""
         done, step = self._kernel(
-            self._omega, self._drive, self._lower, self._runs, self._across, self._along, beta, sweeps, small
+            self._omega,
+            self._drive,
+            self._lower,
+            self._runs,
+            self._across,
+            self._along,
+            beta,
+            sweeps,
+            small / self._unit,
         )
-        return int(done), float(step)
+        return int(done), float(step) * self._unit
 
     def residual(self, weight: float) -> float:
         """See `Sweeper`."""
-        return float(
+        return self._unit * float(
             kernels.lattice_residual(
                 self._omega, self._drive, self._lower, self._runs, self._across, self._along, weight
             )
@@ -72,11 +90,19 @@ class LatticeSweeper:
 class SparseSweeper:
     """Sweeps over the rows of a sparse matrix, in their order."""
 
-    def __init__(self, stiffness: Stiffness, q: Vector, supported: Mask, start: Vector | None) -> None:
+    def __init__(
+        self,
+        stiffness: Stiffness,
+        q: Vector,
+        supported: Mask,
+        start: Vector | None = None,
+        unit: float | Vector = 1.0,
+    ) -> None:
         matrix = stiffness.tocsr()
         self.size = stiffness.size
         self._rows = (matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32), matrix.data)
         self._diagonal = stiffness.diagonal()
+        self._unit = np.array(np.broadcast_to(unit, (self.size,)))
         self._q = np.array(q)
         self._lower = np.where(supported, 0.0, -np.inf)
         self._omega = np.zeros(self.size) if start is None else np.array(start)
@@ -84,13 +110,15 @@ class SparseSweeper:
     def sweep(self, beta: float, sweeps: int, small: float = 0.0) -> tuple[int, float]:
         """See `Sweeper`."""
         done, step = kernels.sparse_sweeps(
-            *self._rows, self._diagonal, self._q, self._lower, self._omega, beta, sweeps, small
+            *self._rows, self._diagonal, self._q, self._lower, self._unit, self._omega, beta, sweeps, small
         )
         return int(done), float(step)
 
     def residual(self, weight: float) -> float:
         """See `Sweeper`."""
-        return float(kernels.sparse_residual(*self._rows, self._diagonal, self._q, self._lower, self._omega, weight))
+        return float(
+            kernels.sparse_residual(*self._rows, self._diagonal, self._q, self._lower, self._unit, self._omega, weight)
+        )
 
     def gap(self) -> Vector:
         """See `Sweeper`."""

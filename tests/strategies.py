@@ -1,0 +1,67 @@
+"""Random contact problems, and an independent solution of small ones."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from hypothesis import strategies as st
+
+import contactqp as cq
+
+BACKENDS = ("osqp", "clarabel", "mangasarian", "psor")
+
+
+@st.composite
+def m_matrices(draw, min_size=1, max_size=8, spread=1.0):
+    """Symmetric M-matrices: Laplacians of random graphs plus positive diagonals, with scales apart by 10**±spread."""
+    size = draw(st.integers(min_size, max_size))
+    seed = draw(st.integers(0, 2**32 - 1))
+    density = draw(st.floats(0.0, 1.0))
+    rng = np.random.default_rng(seed)
+    weights = np.triu(rng.uniform(0.05, 1.0, (size, size)) * (rng.uniform(size=(size, size)) < density), 1)
+    weights = weights + weights.T
+    ground = rng.uniform(0.05, 1.0, size)
+    scale = 10.0 ** rng.uniform(-spread / 2, spread / 2, size)
+    matrix = np.diag(weights.sum(axis=1) + ground) - weights
+    matrix = scale[:, None] * matrix * scale[None, :]
+    return (matrix + matrix.T) / 2
+
+
+@st.composite
+def problems(draw, min_size=1, max_size=8, spread=1.0):
+    """Contact problems with a random M-matrix, forces of either sign, and sometimes nodes without a support."""
+    matrix = draw(m_matrices(min_size, max_size, spread))
+    size = len(matrix)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    q = rng.normal(size=size) * np.sqrt(np.diag(matrix))
+    free = draw(st.booleans())
+    supported = rng.uniform(size=size) < 0.7 if free else None
+    return cq.ContactQP(matrix, q, supported=supported)
+
+
+@st.composite
+def lattice_masks(draw, max_rows=6, max_columns=6):
+    rows, columns = draw(st.integers(1, max_rows)), draw(st.integers(1, max_columns))
+    seed, density = draw(st.integers(0, 2**32 - 1)), draw(st.floats(0.3, 1.0))
+    mask = np.random.default_rng(seed).uniform(size=(rows, columns)) < density
+    mask[rows // 2, columns // 2] = True
+    return mask
+
+
+def enumerate_solution(problem: cq.ContactQP) -> np.ndarray:
+    """Return the exact solution by trying every contact set: none of the package's methods is used."""
+    matrix, q = problem.G.toarray(), problem.q
+    choices = [(True, False) if held else (True,) for held in problem.supported]
+    best, best_violation = None, np.inf
+    for pattern in product(*choices):
+        free = np.array(pattern)
+        gap = np.zeros(len(q))
+        if free.any():
+            gap[free] = np.linalg.solve(matrix[np.ix_(free, free)], -q[free])
+        reaction = (matrix @ gap + q) / np.diag(matrix)
+        violation = max(0.0, -np.min(gap, where=problem.supported, initial=0.0), -np.min(reaction[~free], initial=0.0))
+        if violation < best_violation:
+            best, best_violation = gap, violation
+    assert best is not None
+    return best

@@ -1,0 +1,271 @@
+import subprocess
+import sys
+import textwrap
+from importlib import metadata
+
+import numpy as np
+import pytest
+from strategies import BACKENDS
+
+import contactqp as cq
+from contactqp import backends
+from contactqp.backends.base import Answer, Backend, Need, Stop
+
+PROBLEM = cq.gallery.islands()
+
+
+class Forger(Backend):
+    """Claims success, and returns what it likes."""
+
+    name, summary, package = "forger", "returns zeros", "numpy"
+
+    def solve(self, problem, task, *, value: float = 0.0):
+        return Answer(np.full(problem.size, value), Stop.DONE, "optimal, honestly", 1, 0.0, 0.0)
+
+
+class Crasher(Forger):
+    name = "crasher"
+
+    def solve(self, problem, task):
+        raise ZeroDivisionError("somewhere deep inside")
+
+
+class Quitter(Forger):
+    name = "quitter"
+
+    def solve(self, problem, task):
+        return Answer(None, Stop.FAILED, "gave up", 0, 0.0, 0.0)
+
+
+class Missing(Forger):
+    name, package = "missing", "a-package-that-is-not-installed"
+
+
+class Picky(Forger):
+    name, needs = "picky", frozenset({Need.LATTICE})
+
+
+@pytest.fixture
+def outsiders(monkeypatch):
+    """Backends of another distribution, announced by entry points."""
+    classes = {cls.name: cls for cls in (Forger, Crasher, Quitter, Missing, Picky)}
+
+    class Entry(metadata.EntryPoint):
+        def load(self):
+            return classes[self.name]
+
+    found = {name: Entry(name, f"elsewhere:{name}", backends.ENTRY_POINT_GROUP) for name in classes}
+    monkeypatch.setattr(backends, "_outsiders", lambda: found)
+    return classes
+
+
+def test_names():
+    assert cq.backend_names()[:4] == list(BACKENDS)
+    for name in BACKENDS:
+        backend = backends.get_backend(name)
+        assert backend.name == name
+        assert backend.version()
+        assert backend.summary
+
+
+def test_unknown_names_list_the_known_ones_and_the_nearest():
+    with pytest.raises(
+        cq.UnknownBackendError, match=r"unknown backend 'clarabelle'; did you mean 'clarabel'\?; known: auto, osqp, "
+    ):
+        cq.solve(PROBLEM, "clarabelle")
+    with pytest.raises(TypeError, match="backend must be a name, got 7"):
+        cq.solve(PROBLEM, 7)
+
+
+@pytest.mark.parametrize("name", BACKENDS)
+def test_unknown_options_are_errors_that_list_the_known_ones(name):
+    with pytest.raises(TypeError, match=f"backend '{name}' has no option 'no_such_thing'.*its options: "):
+        cq.solve(PROBLEM, name, no_such_thing=1)
+
+
+def test_a_mistyped_option_gets_a_suggestion():
+    with pytest.raises(TypeError, match=r"no option 'relaxtion'; did you mean 'relaxation'\?"):
+        cq.solve(PROBLEM, "psor", relaxtion=1.5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"tol": 0.0}, ValueError, "tol must lie strictly between 0 and 1, got 0"),
+        ({"tol": 1.0}, ValueError, "tol must lie strictly between 0 and 1, got 1"),
+        ({"tol": np.nan}, ValueError, "tol must be finite, got nan"),
+        ({"max_iter": 0}, ValueError, "max_iter must be >= 1, got 0"),
+        ({"max_iter": 10.0}, TypeError, "max_iter must be an integer, got 10.0"),
+        ({"time_limit": 0.0}, ValueError, "time_limit must be > 0, got 0"),
+        ({"warm_start": np.zeros(3)}, ValueError, r"warm_start must have shape \(34,\), got \(3,\)"),
+        ({"warm_start": np.full(34, np.nan)}, ValueError, "warm_start must be finite"),
+        ({"on_failure": "explode"}, ValueError, "on_failure must be one of 'warn', 'raise', 'ignore', got 'explode'"),
+    ],
+)
+@pytest.mark.parametrize("name", ["auto", "psor"])
+def test_bad_arguments_say_what_is_wrong(arguments, error, message, name):
+    with pytest.raises(error, match=message):
+        cq.solve(PROBLEM, name, **arguments)
+
+
+def test_what_is_no_problem_is_refused():
+    with pytest.raises(TypeError, match="problem must be a Membrane, a Cable or a ContactQP, got ndarray"):
+        cq.solve(np.eye(2), "psor")
+
+
+@pytest.mark.parametrize("name", BACKENDS)
+def test_iteration_limits_are_kept_and_reported(name):
+    model = cq.gallery.bowl(31)
+    with pytest.warns(cq.ContactWarning, match=f"{name} stopped at its iteration limit: bound"):
+        solution = cq.solve(model, name, max_iter=2)
+    assert solution.status == cq.Status.ITERATION_LIMIT
+    assert solution.iterations <= 2 or name == "mangasarian"
+    assert "advice" in repr(solution)
+    with pytest.raises(cq.NotCertifiedError) as caught:
+        cq.solve(model, name, max_iter=2, on_failure="raise")
+    assert caught.value.solution.status == cq.Status.ITERATION_LIMIT
+
+
+@pytest.mark.parametrize("name", BACKENDS)
+def test_time_limits_are_kept_and_reported(name):
+    model = cq.gallery.bowl(100)
+    solution = cq.solve(model, name, time_limit=1e-4, tol=1e-9, on_failure="ignore")
+    assert solution.status == cq.Status.TIME_LIMIT
+    assert solution.seconds < 5
+
+
+@pytest.mark.parametrize("name", ["osqp", "psor"])
+def test_warm_starts_are_used(name):
+    """From the solution of another backend both need fewer iterations than from zero."""
+    model = cq.gallery.bowl(31)
+    exact = cq.solve(model, "clarabel", tol=1e-10)
+    cold = cq.solve(model, name)
+    warm = cq.solve(model, name, warm_start=exact.gap)
+    assert warm.iterations < cold.iterations
+    assert warm.status == "certified"
+
+
+def test_mangasarian_refuses_what_is_no_z_matrix():
+    """min ω_1 + ω_2 over the feasible set of this problem is (0, ½); its solution is (1, 0)."""
+    problem = cq.ContactQP(np.array([[1.0, 2.0], [2.0, 5.0]]), [-1.0, -1.0])
+    with pytest.raises(cq.UnsuitableProblemError, match=r"needs a Z-matrix .* but G\[0, 1\] = 2; take 'osqp'"):
+        cq.solve(problem, "mangasarian")
+    for name in ("osqp", "clarabel", "psor", "auto"):
+        solution = cq.solve(problem, name)
+        assert solution.status == cq.Status.SOLVED
+        np.testing.assert_allclose(solution.gap, [1.0, 0.0], atol=1e-5)
+        assert "no enclosure is known" in repr(solution)
+
+
+@pytest.mark.parametrize("cost", [None, np.linspace(0.1, 10.0, 34), np.full(34, 1e-9)])
+def test_any_positive_cost_finds_the_least_element(cost):
+    solution = cq.solve(PROBLEM, "mangasarian", cost=cost)
+    np.testing.assert_allclose(solution.gap, cq.solve(PROBLEM, "clarabel").gap, atol=1e-6)
+
+
+def test_bad_costs_say_what_is_wrong():
+    with pytest.raises(ValueError, match="cost must be > 0 everywhere, but entry 0 is 0"):
+        cq.solve(PROBLEM, "mangasarian", cost=np.zeros(34))
+    with pytest.raises(ValueError, match=r"cost must have shape \(34,\)"):
+        cq.solve(PROBLEM, "mangasarian", cost=[1.0])
+    with pytest.raises(ValueError, match="method must be one of"):
+        cq.solve(PROBLEM, "mangasarian", method="simplex")
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("mangasarian", {"method": "highs-ipm"}),
+        ("mangasarian", {"presolve": False}),
+        ("clarabel", {"direct_solve_method": "faer"}),
+        ("osqp", {"polishing": False}),
+        ("osqp", {"adaptive_rho": False, "rho": 0.1, "scaling": 0}),
+    ],
+)
+def test_options_of_the_libraries_are_passed_on(name, options):
+    assert cq.solve(cq.gallery.paper_hexagon(), name, **options).status == "certified"
+
+
+def test_a_backends_claim_of_success_counts_for_nothing(outsiders):
+    solution = cq.solve(cq.gallery.paper_hexagon(), "forger", on_failure="ignore")
+    assert solution.status == cq.Status.INACCURATE
+    assert "optimal, honestly" in repr(solution)
+    assert cq.solve(cq.ContactQP(np.eye(2), [1.0, 2.0]), "forger").status == "certified"  # zero is right there
+
+
+def test_outsiders_are_found_by_entry_point_and_judged_alike(outsiders):
+    assert cq.backend_names()[4:] == list(outsiders)
+    assert backends.get_backend("forger") is Forger
+    with pytest.raises(cq.MissingBackendError, match="type: pip install a-package-that-is-not-installed"):
+        cq.solve(PROBLEM, "missing")
+    with pytest.raises(cq.UnsuitableProblemError, match="needs a problem on a lattice"):
+        cq.solve(cq.ContactQP(np.eye(2), [1.0, 1.0]), "picky")
+    failed = cq.solve(PROBLEM, "quitter", on_failure="ignore")
+    assert failed.status == cq.Status.FAILED
+    assert np.isnan(failed.gap).all()
+    assert "gave up" in repr(failed)
+    with pytest.raises(ZeroDivisionError):
+        cq.solve(PROBLEM, "crasher")
+
+
+def test_a_comparison_turns_every_failure_into_a_row(outsiders):
+    comparison = cq.compare(PROBLEM, ["clarabel", "forger", "crasher", "quitter", "missing", "psor"])
+    status = comparison.to_frame()["status"].to_dict()
+    assert status == {
+        "clarabel": "certified", "forger": "inaccurate", "crasher": "error", "quitter": "failed", "missing": "missing",
+        "psor": "certified",
+    }  # fmt: skip
+    assert not comparison.agree
+    assert set(comparison.culprits) == {"forger", "crasher", "quitter", "missing"}
+    assert "ZeroDivisionError: somewhere deep inside" in comparison.culprits["crasher"]
+    assert "min reaction -" in comparison.culprits["forger"]
+    assert "pip install" in comparison.culprits["missing"]
+    text = repr(comparison)
+    assert "No agreement: forger (inaccurate: bound" in text
+    assert len({pair.first for pair in comparison.pairs} | {pair.second for pair in comparison.pairs}) == 3
+
+
+def test_auto_says_why():
+    small, large = cq.solve(PROBLEM), cq.solve(cq.gallery.bowl(127))
+    assert (small.backend, large.backend) == ("clarabel", "psor")
+    assert "few" in small.note
+    assert "note        auto: an M-matrix with 16129 unknowns" in repr(large)
+
+
+def test_importing_loads_no_solver_and_nothing_heavy():
+    solvers = ["osqp", "clarabel", "highspy", "cvxpy", "qpsolvers", "scipy"]
+    heavy = [*solvers, "numba", "matplotlib", "pandas", "xarray", "shapely", "rich", "typer", "pydantic"]
+    code = f"import contactqp, sys; print([name for name in {heavy} if name in sys.modules])"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["psor", "clarabel", "osqp", "mangasarian"])
+def test_ctrl_c_ends_a_long_solve_within_a_second(name):
+    """The child interrupts itself after half a second of solving, and reports how long the answer took."""
+    code = f"""
+        import os, signal, threading, time, warnings
+        import contactqp as cq
+        nodes = {{"psor": 600, "clarabel": 350, "osqp": 350, "mangasarian": 200}}["{name}"]
+        model = cq.gallery.bowl(nodes)
+        cq.solve(cq.gallery.islands(), "{name}")
+        model.problem.G
+        at = []
+        def interrupt():
+            time.sleep(1.0)
+            at.append(time.perf_counter())
+            os.kill(os.getpid(), signal.SIGINT)
+        threading.Thread(target=interrupt, daemon=True).start()
+        try:
+            cq.solve(model, "{name}", tol=1e-10, on_failure="ignore")
+        except KeyboardInterrupt:
+            print("interrupted after", time.perf_counter() - at[0], flush=True)
+        else:
+            print("finished", flush=True)
+        os._exit(0)
+    """
+    run = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, timeout=120)
+    outcome = run.stdout.splitlines()[-1]
+    assert outcome.startswith("interrupted after "), run
+    assert float(outcome.split()[-1]) < 1.0

@@ -1,0 +1,74 @@
+import numpy as np
+import pytest
+import shapely
+
+import contactqp as cq
+from contactqp.gallery import PAPER_CORNERS
+
+
+def test_the_papers_hexagon_has_1857_nodes_in_rows_of_17_to_63():
+    lattice = cq.Frame.polygon(PAPER_CORNERS).lattice(spacing=1.0)
+    rows = lattice.mask.sum(axis=1)
+    assert lattice.size == 1857
+    assert lattice.shape == (49, 65)
+    assert rows[1:-1].tolist() == [*range(17, 64, 2), *range(61, 16, -2)]
+
+
+@pytest.mark.parametrize("spacing", [1.0, 0.1, 1 / 3, 1e-6, 1e6])
+def test_nodes_on_the_contour_belong_to_the_frame_at_every_scale(spacing):
+    corners = np.array(PAPER_CORNERS) * spacing
+    assert cq.Frame.polygon(corners).lattice(spacing).size == 1857
+    assert cq.Frame.rectangle(8 * spacing, 6 * spacing).lattice(spacing).size == 7 * 5
+    assert cq.Frame.disk(5 * spacing).lattice(spacing).size == 69  # Gauss circle problem: 81 - 12 on the circle
+
+
+def test_rectangle_disk_and_hexagon_have_their_areas():
+    assert cq.Frame.rectangle(3, 2).area == pytest.approx(6)
+    assert cq.Frame.disk(2).area == pytest.approx(4 * np.pi, rel=1e-3)
+    assert cq.Frame.hexagon(2).area == pytest.approx(6 * np.sqrt(3))
+    fine = cq.Frame.hexagon(1.0).lattice(0.01)
+    assert fine.size * 0.01**2 == pytest.approx(1.5 * np.sqrt(3), rel=0.01)
+
+
+def test_a_net_may_be_shifted():
+    lattice = cq.Frame.rectangle(2, 2).lattice(1.0, origin=(0.5, 0.5))
+    assert lattice.size == 4
+    np.testing.assert_allclose(np.unique(lattice.node_x), [-0.5, 0.5])
+
+
+def test_holes_unions_and_intersections():
+    square = cq.Frame.rectangle(6, 6)
+    ring = square - cq.Frame.rectangle(2, 2)
+    assert ring.lattice(1.0).size == 25 - 9  # the hole's contour is frame too
+    holed = cq.Frame.polygon([(-3, -3), (3, -3), (3, 3), (-3, 3)], holes=[[(-1, -1), (1, -1), (1, 1), (-1, 1)]])
+    np.testing.assert_array_equal(ring.lattice(1.0).mask, holed.lattice(1.0).mask)
+    two = cq.Frame.rectangle(2, 2, center=(-4, 0)) | cq.Frame.rectangle(2, 2, center=(4, 0))
+    assert two.lattice(0.5).parts == 2
+    assert (square & cq.Frame.rectangle(2, 20)).lattice(0.5).size == 3 * 11
+    assert repr(square - cq.Frame.disk(1)) == "Frame.rectangle(6, 6) - disk(1)"
+
+
+def test_shapely_geometries_are_taken():
+    frame = cq.Frame.from_shapely(shapely.MultiPolygon([shapely.box(0, 0, 2, 2), shapely.box(3, 0, 5, 2)]))
+    assert frame.lattice(1.0).size == 2
+
+
+def test_bad_frames_say_what_is_wrong():
+    with pytest.raises(ValueError, match="width must be > 0, got -1"):
+        cq.Frame.rectangle(-1, 2)
+    with pytest.raises(ValueError, match="radius must be finite, got nan"):
+        cq.Frame.disk(float("nan"))
+    with pytest.raises(ValueError, match="at least 3 corners, got 2"):
+        cq.Frame.polygon([(0, 0), (1, 1)])
+    with pytest.raises(ValueError, match=r"corners\[1\] must be a pair"):
+        cq.Frame.polygon([(0, 0), (1, 1, 1), (0, 1)])
+    with pytest.raises(ValueError, match="Self-intersection"):
+        cq.Frame.polygon([(0, 0), (1, 1), (1, 0), (0, 1)])
+    with pytest.raises(TypeError, match="Polygon or MultiPolygon, got Point"):
+        cq.Frame.from_shapely(shapely.Point(0, 0))
+    with pytest.raises(ValueError, match="encloses no area"):
+        cq.Frame.rectangle(1, 1) - cq.Frame.rectangle(2, 2)
+    with pytest.raises(ValueError, match="no lattice point of spacing 2"):
+        cq.Frame.rectangle(1, 1).lattice(2.0, origin=(0.9, 0.9))
+    with pytest.raises(ValueError, match="spacing must be > 0, got 0"):
+        cq.Frame.rectangle(1, 1).lattice(0)

@@ -1,0 +1,129 @@
+"""Compiled sweeps against hand-computed steps and against plain-numpy twins."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import lattice_masks
+
+import contactqp as cq
+from contactqp.sor.relaxation import AdaptiveRelaxation, best_factor
+from contactqp.sor.sweepers import LatticeSweeper, SparseSweeper, runs_of
+from contactqp.stencil import Stencil
+from contactqp.stiffness import SparseStiffness
+
+
+def twin_sweep(matrix, q, supported, omega, beta, order):
+    """Cryer's sweep, node by node in the given order; returns the largest step."""
+    step = 0.0
+    for i in order:
+        old = omega[i]
+        new = old - beta * (matrix[i] @ omega + q[i]) / matrix[i, i]
+        omega[i] = max(0.0, new) if supported[i] else new
+        step = max(step, abs(omega[i] - old))
+    return step
+
+
+def test_one_sweep_by_hand():
+    """Two nodes, G = [[4, -1], [-1, 4]], q = (-4, -7), β = 1: ω_1 = 1, then ω_2 = (7 + 1)/4 = 2."""
+    sweeper = LatticeSweeper(
+        Stencil(np.ones((1, 2), dtype=bool), 1.0, 1.0), np.array([-4.0, -7.0]), np.ones(2, dtype=bool)
+    )
+    assert sweeper.sweep(1.0, 1) == (1, 2.0)
+    np.testing.assert_array_equal(sweeper.gap(), [1.0, 2.0])
+    assert sweeper.residual(1.0) == 0.5  # R_1/G_11 = 1 - 1 - 2/4
+    assert sweeper.sweep(1.0, 1) == (1, 0.5)
+    np.testing.assert_array_equal(sweeper.gap(), [1.5, 2.125])
+
+
+def test_the_clip_by_hand():
+    """A positive q holds the gap shut; without a support the node goes on to minus q/G."""
+    stencil = Stencil(np.ones((1, 2), dtype=bool), 1.0, 1.0)
+    sweeper = LatticeSweeper(stencil, np.array([4.0, 4.0]), np.array([True, False]))
+    sweeper.sweep(1.0, 1)
+    np.testing.assert_array_equal(sweeper.gap(), [0.0, -1.0])
+    assert sweeper.residual(1.0) == 0.0
+
+
+def test_red_black_order_by_hand():
+    """Points of even row + column first, on the padded net: of three nodes at (1, 1), (1, 2), (1, 3) the outer two."""
+    stencil = Stencil(np.ones((1, 3), dtype=bool), 1.0, 1.0)
+    sweeper = LatticeSweeper(stencil, np.array([-4.0, -4.0, -4.0]), np.ones(3, dtype=bool), red_black=True)
+    sweeper.sweep(1.0, 1)
+    np.testing.assert_array_equal(sweeper.gap(), [1.0, 1.5, 1.0])
+
+
+def test_runs_by_hand():
+    mask = np.array([[True, False, True, True], [False, False, False, False], [True, True, True, True]])
+    np.testing.assert_array_equal(runs_of(mask), [[1, 1, 2], [1, 3, 5], [3, 1, 5]])
+
+
+@given(
+    mask=lattice_masks(), beta=st.floats(0.1, 1.9), seed=st.integers(0, 999), red_black=st.booleans(),
+    across=st.sampled_from([1.0, 0.25]), sweeps=st.integers(1, 4),
+)  # fmt: skip
+def test_lattice_sweeps_match_their_twin(mask, beta, seed, red_black, across, sweeps):
+    rng = np.random.default_rng(seed)
+    stencil = Stencil(mask, across, 1.0)
+    q, supported = rng.normal(size=stencil.size), rng.uniform(size=stencil.size) < 0.8
+    start = np.abs(rng.normal(size=stencil.size))
+    sweeper = LatticeSweeper(stencil, q, supported, start, red_black=red_black)
+    matrix, twin = stencil.tocsr().toarray(), start.copy()
+    rows, columns = np.nonzero(mask)
+    colour = (rows + columns) % 2
+    order = np.argsort(colour, kind="stable") if red_black else np.arange(stencil.size)
+    count, step = sweeper.sweep(beta, sweeps)
+    for _ in range(sweeps):
+        twin_step = twin_sweep(matrix, q, supported, twin, beta, order)
+    assert count == sweeps
+    assert step == pytest.approx(twin_step, abs=1e-12)
+    np.testing.assert_allclose(sweeper.gap(), twin, atol=1e-12)
+    correction = (matrix @ twin + q) / np.diag(matrix)
+    natural = np.where(supported, np.minimum(twin, 2 * correction), 2 * correction)
+    assert sweeper.residual(2.0) == pytest.approx(np.abs(natural).max(), abs=1e-12)
+
+
+@given(mask=lattice_masks(), beta=st.floats(0.1, 1.9), seed=st.integers(0, 999))
+def test_sparse_sweeps_match_lattice_sweeps(mask, beta, seed):
+    rng = np.random.default_rng(seed)
+    stencil = Stencil(mask, 0.5, 1.0)
+    q, supported = rng.normal(size=stencil.size), rng.uniform(size=stencil.size) < 0.8
+    one = LatticeSweeper(stencil, q, supported)
+    other = SparseSweeper(SparseStiffness(stencil.tocsr()), q, supported)
+    assert one.sweep(beta, 3)[1] == pytest.approx(other.sweep(beta, 3)[1], abs=1e-12)
+    np.testing.assert_allclose(one.gap(), other.gap(), atol=1e-12)
+    assert one.residual(1.0) == pytest.approx(other.residual(1.0), abs=1e-12)
+
+
+def test_sweeps_end_early_once_the_step_is_small():
+    stencil = Stencil(np.ones((3, 3), dtype=bool), 1.0, 1.0)
+    sweeper = LatticeSweeper(stencil, -np.ones(9), np.ones(9, dtype=bool))
+    count, step = sweeper.sweep(1.0, 1000, small=1e-6)
+    assert count < 100
+    assert step < 1e-6
+    other = SparseSweeper(SparseStiffness(stencil.tocsr()), -np.ones(9), np.ones(9, dtype=bool))
+    assert other.sweep(1.0, 1000, small=1e-6)[0] == count
+
+
+@pytest.mark.parametrize("nodes", [15, 31, 63])
+def test_the_adaptive_factor_approaches_youngs(nodes):
+    """Without contact μ = cos(πh), so the best factor is 2/(1 + sin(πh)) (Young 1971, ch. 6)."""
+    lattice = cq.Lattice.from_mask(np.ones((nodes, nodes), dtype=bool), 1 / (nodes + 1))
+    solution = cq.solve(cq.Membrane(lattice, 1.0, 1.0, np.inf), "psor", history=True)
+    best = 2 / (1 + np.sin(np.pi / (nodes + 1)))
+    assert solution.history["relaxation"][-1] == pytest.approx(best, abs=0.5 * (2 - best))
+    assert (np.diff(solution.history["relaxation"]) >= 0).all()
+    scanned = min(
+        cq.solve(solution.model, "psor", relaxation=beta, max_iter=1000, on_failure="ignore").iterations
+        for beta in (1.7, 1.8, 1.85, 1.9, 1.92, 1.94, 1.96)
+    )
+    assert solution.iterations <= 1.4 * scanned
+
+
+def test_best_factor_is_youngs_formula():
+    mu = 0.95
+    assert best_factor(mu**2, 1.0) == pytest.approx(2 / (1 + np.sqrt(1 - mu**2)))
+    adaptive = AdaptiveRelaxation()
+    for _ in range(9):
+        adaptive.observe(1.0)  # steps that do not decay say nothing
+    assert adaptive.beta == 1.35
