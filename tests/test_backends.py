@@ -225,6 +225,21 @@ def test_a_comparison_turns_every_failure_into_a_row(outsiders):
     assert len({pair.first for pair in comparison.pairs} | {pair.second for pair in comparison.pairs}) == 3
 
 
+@pytest.mark.parametrize("name", BACKENDS)
+@pytest.mark.parametrize("load", cq.gallery.PAPER_LOADS)
+def test_every_backend_certifies_down_to_its_reachable_tolerance(name, load):
+    tol = backends.get_backend(name).reachable_tol
+    assert cq.solve(cq.gallery.paper_hexagon(load), name, tol=tol).status == "certified"
+
+
+@pytest.mark.parametrize("name", BACKENDS)
+def test_what_double_precision_cannot_certify_ends_soon_and_says_so(name):
+    solution = cq.solve(cq.gallery.paper_hexagon(), name, tol=1e-15, on_failure="ignore")
+    assert solution.status == cq.Status.INACCURATE
+    assert solution.relative_bound < 1e-6
+    assert solution.iterations < 20_000
+
+
 def test_auto_says_why():
     small, large = cq.solve(PROBLEM), cq.solve(cq.gallery.bowl(127))
     assert (small.backend, large.backend) == ("clarabel", "psor")

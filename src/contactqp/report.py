@@ -34,14 +34,15 @@ def print_comparison(comparison: Comparison, title: str = "") -> None:
 def print_backends() -> None:
     """Print the table of backends."""
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for heading in ("name", "method", "needs", "library", "available"):
+    for heading in ("name", "method", "needs", "reaches", "library", "available"):
         table.add_column(heading)
     for name in backend_names():
         backend = get_backend(name)
         version = backend.version()
         needs = ", ".join(sorted(need.value for need in backend.needs)) or "-"
         available = Text("yes", style="green") if version else Text(f"pip install {backend.package}", style="yellow")
-        table.add_row(name, backend.summary, needs, f"{backend.package} {version or ''}".strip(), available)
+        reaches = "-" if backend.reachable_tol is None else f"tol {backend.reachable_tol:g}"
+        table.add_row(name, backend.summary, needs, reaches, f"{backend.package} {version or ''}".strip(), available)
     _console().print(table)
 
 

@@ -15,6 +15,8 @@ from enum import StrEnum
 from importlib import metadata
 from typing import Any, ClassVar
 
+import numpy as np
+
 from .._checks import Vector, nearest
 from ..errors import MissingBackendError, UnsuitableProblemError
 from ..problem import ContactQP
@@ -76,6 +78,10 @@ class Task:
         """Whether the judge is satisfied with ``gap``."""
         return self.bound(gap) <= self.tol
 
+    def largest_length(self, gap: Vector) -> float:
+        """Return the largest modulus of a dimensionless gap, in the user's unit of length."""
+        return float(np.abs(gap * self.length_unit).max())
+
     @property
     def seconds_left(self) -> float:
         """Seconds until the time limit, infinite if there is none."""
@@ -131,6 +137,8 @@ class Backend(ABC):
         What one iteration is.
     needs : frozenset of Need
         Verified before `solve` is called.
+    reachable_tol : float or None
+        The tightest power of ten that it certifies for the paper's hexagon at all ten loads, if that was measured.
     """
 
     name: ClassVar[str]
@@ -138,6 +146,7 @@ class Backend(ABC):
     package: ClassVar[str]
     iteration_unit: ClassVar[str] = "iteration"
     needs: ClassVar[frozenset[Need]] = frozenset()
+    reachable_tol: ClassVar[float | None] = None
 
     @abstractmethod
     def solve(self, problem: ContactQP, task: Task) -> Answer:

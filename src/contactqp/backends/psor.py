@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..sor.sweepers import Sweeper
 
 _MAX_SWEEPS = 1_000_000
+_ROUNDING = 4 * np.finfo(float).eps
 _NODE_UPDATES_A_CALL = 20_000_000
 """Bounds the time between two looks at the clock and at the keyboard."""
 
@@ -29,6 +30,7 @@ class Psor(Backend):
     name: ClassVar[str] = "psor"
     summary: ClassVar[str] = "projected over-relaxation (own kernels)"
     package: ClassVar[str] = "numba"
+    reachable_tol: ClassVar[float | None] = 1e-11
     iteration_unit: ClassVar[str] = "sweep"
 
     def solve(
@@ -116,10 +118,14 @@ class Psor(Backend):
                     stop, why = Stop.DONE, f"residual {residual:.2g}"
                     break
             if stopping == "certified" and done >= next_check:
-                bound = task.bound(sweeper.gap())
+                gap = sweeper.gap()
+                bound = task.bound(gap)
                 task.progress.update(f"{done} sweeps, bound {bound:.1e}")
                 if bound <= task.tol:
                     stop, why = Stop.DONE, f"certified bound {bound:.2g}"
+                    break
+                if step <= _ROUNDING * task.largest_length(gap):
+                    stop, why = Stop.DONE, "steps are rounding errors"
                     break
                 next_check = done + max(1, done // 20)
             if task.seconds_left <= 0:
