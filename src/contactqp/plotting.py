@@ -28,14 +28,14 @@ def plot_solution(solution: Solution) -> Figure:
         figure = _new_figure(7, 4.4)
         _draw_sorted_gap(figure.subplots(), solution)
     elif is_line(model):
-        figure = _new_figure(9, 5)
-        draw_section(figure.subplots(2, 1, sharex=True, height_ratios=[3, 1.4]), solution)
+        figure = _new_figure(9, 6)
+        draw_section(figure.subplots(3, 1, sharex=True, height_ratios=[3, 1.3, 1.3]), solution)
     else:
         height = float(np.clip(6.5 * model.lattice.shape[0] / model.lattice.shape[1], 3.6, 6.5))
         figure = _new_figure(12.5, height + 1.0)
         left, right = _two_halves(figure)
         draw_contact_map(left.subplots(), solution)
-        draw_section(right.subplots(2, 1, sharex=True, height_ratios=[3, 1.4]), solution)
+        draw_section(right.subplots(3, 1, sharex=True, height_ratios=[3, 1.3, 1.3]), solution)
     _head(figure, _headline(solution))
     return figure
 
@@ -50,7 +50,7 @@ def plot_comparison(comparison: Comparison) -> Figure:
     if best.model is None:
         _draw_sorted_gap(left.subplots(), best)
     elif is_line(best.model):
-        draw_section(left.subplots(2, 1, sharex=True, height_ratios=[3, 1.4]), best)
+        draw_section(left.subplots(3, 1, sharex=True, height_ratios=[3, 1.3, 1.3]), best)
     else:
         axes = left.subplots()
         draw_contact_map(axes, best)
@@ -99,12 +99,12 @@ def draw_contact_map(axes: Axes, solution: Solution) -> None:
 
 
 def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None) -> None:
-    """Draw deflection, support and reaction along a row of the net, by default the middle one.
+    """Draw deflection and support, gap, and reaction along a row of the net, by default the middle one.
 
     Parameters
     ----------
-    axes : array of two Axes
-        For the shape, and for the reaction.
+    axes : array of three Axes
+        For the shape, the gap, and the reaction.
     solution : Solution
     row : int, optional
         Row of the lattice's array; by default the row with nodes that is nearest to the middle.
@@ -122,7 +122,7 @@ def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None)
     support = np.full(lattice.shape[1], np.nan)
     support[nodes] = np.where(np.isfinite(model.support[number]), model.support[number], np.nan)
 
-    shape_axes, force_axes = axes
+    shape_axes, gap_axes, force_axes = axes
     drawn = np.concatenate([deflection[np.isfinite(deflection)], support[np.isfinite(support)]])
     low, high = float(drawn.min()), float(drawn.max())
     margin = 0.12 * (high - low or 1.0)
@@ -134,10 +134,14 @@ def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None)
     shape_axes.legend(loc="best", frameon=False, fontsize="small")
     where = "" if is_line(model) else f" at y = {lattice.y[row]:g}"
     shape_axes.set(ylabel="ordinate, downwards", title=f"Section{where}")
+    clearance = np.where(model.supported[number], solution.gap[number], np.nan)
+    gap_axes.plot(node_x, clearance, ".-", color=INK, lw=1, ms=3)
+    gap_axes.axhline(0, color=INK, lw=0.6)
+    gap_axes.set(ylabel="gap ω")
     force_axes.vlines(node_x, 0, solution.reaction[number], color=CONTACT, lw=max(0.6, min(2.0, 150 / node_x.size)))
     force_axes.axhline(0, color=INK, lw=0.6)
     force_axes.set(xlabel="x", ylabel="reaction R")
-    for each in (shape_axes, force_axes):
+    for each in axes:
         _tidy(each)
 
 

@@ -7,13 +7,15 @@ Other distributions add theirs by an entry point in the group ``contactqp.backen
 from __future__ import annotations
 
 from functools import cache
-from importlib import import_module, metadata
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from .._checks import nearest
 from ..errors import UnknownBackendError
 
 if TYPE_CHECKING:
+    from importlib import metadata
+
     from ..problem import ContactQP
     from .base import Backend
 
@@ -81,4 +83,6 @@ _FEW_UNKNOWNS = 4000
 
 @cache
 def _outsiders() -> dict[str, metadata.EntryPoint]:
+    from importlib import metadata
+
     return {entry.name: entry for entry in metadata.entry_points(group=ENTRY_POINT_GROUP)}

@@ -12,7 +12,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from importlib import metadata
 from typing import Any, ClassVar
 
 import numpy as np
@@ -161,6 +160,8 @@ class Backend(ABC):
     @classmethod
     def version(cls) -> str | None:
         """Return the installed version of the library behind the backend, or None if it is missing."""
+        from importlib import metadata
+
         try:
             return metadata.version(cls.package)
         except metadata.PackageNotFoundError:

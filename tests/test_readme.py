@@ -1,0 +1,43 @@
+"""The README's code is run, its outputs compared, and its facts checked."""
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import contactqp as cq
+from contactqp.backends import get_backend
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_code_runs_and_prints_what_it_says():
+    pairs = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", README, flags=re.DOTALL)
+    assert len(pairs) == README.count("```python") == 3
+    namespace: dict[str, object] = {}
+    for code, expected in pairs:
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(code, namespace)
+        assert printed.getvalue() == expected
+
+
+def test_every_backend_is_in_the_table_with_its_reachable_tolerance():
+    for name in ("osqp", "clarabel", "mangasarian", "psor"):
+        row = next(line for line in README.splitlines() if line.startswith(f"| `{name}` |"))
+        exponent = f"{get_backend(name).reachable_tol:.0e}".replace("e-0", "e-")
+        assert f"| {exponent} |" in row
+
+
+def test_every_file_that_is_mentioned_exists():
+    mentioned = set(re.findall(r"(?:docs|examples|notebooks|benchmarks)/[\w/.]+\w", README))
+    mentioned |= set(re.findall(r"\b[A-Z]+\.(?:md|cff)\b", README))
+    assert len(mentioned) > 5
+    for file in mentioned:
+        assert (ROOT / file).exists(), file
+
+
+def test_the_version_is_one():
+    assert f"version: {cq.__version__}" in (ROOT / "CITATION.cff").read_text()
+    assert f"## {cq.__version__}" in (ROOT / "CHANGELOG.md").read_text()
