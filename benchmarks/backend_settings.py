@@ -1,6 +1,6 @@
 """Trial of the general backends' settings: which of those that certify is the fastest.
 
-    python benchmarks/backend_settings.py [--sizes 63 127 255] [--tol 1e-6]
+    python benchmarks/backend_settings.py [--sizes 63 127 255] [--tol 1e-6] > benchmarks/backend_settings.txt
 
 Prints a table for the hexagon and for the bowl on the unit square at each size: the seconds of every variant of
 settings over those of the default, all measured in this process, one after the other, with the time of each the least
@@ -17,13 +17,16 @@ from contactqp.gallery import bowl, paper_hexagon
 VARIANTS: dict[str, list[dict[str, object]]] = {
     "osqp": [
         {},
-        *({"rho": rho} for rho in (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)),
-        *({"alpha": alpha} for alpha in (1.0, 1.8)),
+        *({"rho": rho} for rho in (0.01, 0.1, 1.0)),
+        *({"alpha": alpha} for alpha in (1.0, 1.6, 1.9)),
+        {"polishing": False},
+        {"polishing": False, "rho": 0.1, "alpha": 1.6},
         {"scaling": 0},
         {"adaptive_rho": False},
         {"check_termination": 10},
         {"check_termination": 100},
-        {"polishing": True},
+        {"eps": 1e-4},
+        {"eps": 1e-8},
     ],
     "clarabel": [
         {},
@@ -32,7 +35,9 @@ VARIANTS: dict[str, list[dict[str, object]]] = {
         {"static_regularization_constant": 1e-6},
         {"static_regularization_constant": 1e-10},
         {"eps": 1e-12},
+        {"eps": 1e-13},
         {"eps": 1e-14},
+        {"eps": 1e-15},
         {"eps": 1e-16},
     ],
     "mangasarian": [
