@@ -240,7 +240,22 @@ def test_what_double_precision_cannot_certify_ends_soon_and_says_so(name):
     assert solution.iterations < 20_000
 
 
+@pytest.mark.parametrize("name", BACKENDS)
+def test_nothing_is_printed(name, capfd):
+    for model in (cq.ContactQP([[2.0]], [-1.0]), cq.ContactQP([[2.0]], [1.0]), PROBLEM, cq.gallery.paper_hexagon()):
+        cq.solve(model, name, tol=1e-7)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("options", [{"alpha": 3.0}, {"rho": -1.0}, {"check_termination": 0}])
+def test_bad_osqp_options_say_what_is_wrong(options):
+    with pytest.raises(ValueError, match=f"{next(iter(options))} must"):
+        cq.solve(PROBLEM, "osqp", **options)
+
+
 def test_auto_says_why():
+    line = cq.Cable(nodes=5000, spacing=1.0, tension=1.0, load=1e-5, support=5.0)
+    assert "along a line" in cq.solve(line, on_failure="ignore").note
     small, large = cq.solve(PROBLEM), cq.solve(cq.gallery.bowl(127))
     assert (small.backend, large.backend) == ("clarabel", "psor")
     assert "few" in small.note

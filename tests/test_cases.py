@@ -116,6 +116,8 @@ def test_a_coarser_file_is_resampled_on_request_only(case, tmp_path):
 def test_a_frame_from_a_mask_file_and_a_sampled_cable(case, tmp_path):
     np.save(tmp_path / "mask.npy", np.array([[1, 1, 0], [0, 1, 1]]))
     assert load_case(case(frame='{shape = "mask", file = "mask.npy"}')).lattice.size == 4
+    moved = load_case(case(frame='{shape = "mask", file = "mask.npy"}', origin="[10.0, 20.0]"))
+    assert moved.lattice.origin == (10.0, 20.0)
     np.savetxt(tmp_path / "bed.csv", np.arange(4.0), delimiter=",")
     cable = 'model = "cable"\nspan = 5\nspacing = 1\ntension = 1\nload = 1\nsupport = {file = "bed.csv"}\n'
     np.testing.assert_array_equal(load_case(case(cable)).support, np.arange(4.0))
@@ -133,6 +135,8 @@ def test_a_frame_from_a_mask_file_and_a_sampled_cable(case, tmp_path):
         ({"frame": '{shape = "disk", radius = 0.01, center = [0.2, 0.2]}'}, r"no lattice point of spacing 0.5"),
         ({"support": '{profile = "cone", depth = 1}'}, r"support.slope: field required"),
         ({"support": '{file = "nowhere.npy"}'}, r"support.file = 'nowhere.npy': there is no file"),
+        ({"load": "true"}, r"load: input should be a valid number.*got True"),
+        ({"load": '"3"'}, r"load: input should be a valid number.*got '3'"),
         ({"load": "nan"}, r"load: input should be a finite number, got nan"),
         ({"support": "nan"}, r"support must be finite or \+inf"),
         ({"support": '{profile = "paraboloid", depth = 1, radius = 0}'}, r"radius must not be 0"),

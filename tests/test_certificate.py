@@ -144,6 +144,31 @@ def test_the_enclosure_by_hand():
     assert repr(above) == "Certificate(|gap error| <= 0.1; 0 in contact, 1 clear, 0 undecided; linear solve)"
 
 
+@pytest.mark.parametrize("size", [1e140, 1e300, 1.7e308])
+def test_numbers_that_overflow_prove_nothing(size):
+    matrix = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    lattice = cq.Lattice.from_mask(np.ones((2, 2), dtype=bool), 1.0)
+    problems = [
+        (cq.ContactQP(matrix, [-1.0, 3.0]), [0.5, 0.0]),
+        (cq.ContactQP(matrix * 1e200, [-1e200, 3e200]), [0.5, 0.0]),
+        (cq.Membrane(lattice, 1.0, 1.0, 1.0).problem, None),
+    ]
+    for problem, exact in problems:
+        certificate = cq.certify(problem, np.full(problem.size, size))
+        assert certificate.gap_bound > 0.1 * size
+        if exact is not None:
+            assert certificate.contains(exact)
+        assert not certificate.contact.any()
+
+
+def test_underflow_decides_nothing():
+    lifted = cq.certify(cq.ContactQP([[1e-170]], [0.0]), [1e-160])
+    assert lifted.lower[0] == 0.0
+    assert not lifted.clear[0]
+    free = cq.certify(cq.ContactQP([[1e-170]], [0.0], supported=[False]), [1e-160])
+    assert free.lower[0] <= 0.0 <= free.upper[0]
+
+
 def test_biactive_nodes_stay_undecided():
     """ω = R = 0 wherever f is the free membrane's own shape."""
     lattice = cq.Frame.rectangle(8, 8).lattice(1.0)

@@ -41,7 +41,7 @@ def test_agreement_reads_well(agreeing):
     assert agreeing.agree
     assert agreeing.culprits == {}
     lines = text.splitlines()
-    assert lines[0].startswith("Membrane(1857 nodes, spacing=1, tension=1), tol 1e-06 of the gap scale 1.09")
+    assert lines[0].startswith("Membrane(1857 nodes, spacing=1, tension=1), tol 1e-06 of the gap scale 0.553")
     assert lines[2].split() == [
         "backend", "status", "iterations", "seconds", "bound/scale", "min", "gap", "min", "R", "gap·R", "contact",
         "undecided", "objective",
@@ -162,6 +162,16 @@ def test_iteration_limits_are_passed_on():
     comparison = cq.compare(HEXAGON, ["osqp", "clarabel"], max_iter=3)
     assert comparison.to_frame()["status"].tolist() == ["iteration_limit", "iteration_limit"]
     assert (comparison.to_frame()["iterations"] <= 3).all()
+
+
+def test_auto_is_a_name_like_any_other():
+    comparison = cq.compare(HEXAGON, ["auto", "clarabel"])
+    assert comparison.agree
+    assert (comparison.pairs[0].first, comparison.pairs[0].second) == ("auto", "clarabel")
+    with pytest.raises(AssertionError, match="auto has gap"):
+        assert_backends_agree(HEXAGON, ["auto", "mangasarian"], tol=1e-15)
+    with pytest.raises(TypeError, match="no option 'relaxatoin'"):
+        cq.compare(HEXAGON, ["auto"], options={"auto": {"relaxatoin": 1}})
 
 
 def test_timeouts_are_rows():

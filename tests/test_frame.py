@@ -48,6 +48,22 @@ def test_holes_unions_and_intersections():
     assert repr(square - cq.Frame.disk(1)) == "Frame.rectangle(6, 6) - disk(1)"
 
 
+def test_a_shared_edge_is_no_wall():
+    joined = cq.Frame.rectangle(2, 2, center=(1, 0)) | cq.Frame.rectangle(2, 2, center=(3, 0))
+    assert joined.lattice(0.5).size == 7 * 3
+    square = cq.Frame.rectangle(4, 4)
+    assert ((square - cq.Frame.disk(1)) | cq.Frame.disk(1)).lattice(0.5).size == square.lattice(0.5).size
+
+
+@pytest.mark.parametrize("offset", [5e6, 1e8])
+def test_frames_far_from_the_origin(offset):
+    """Map coordinates in metres: nodes on the contour still belong to the frame, and those inside are found."""
+    corners = [(offset + x, offset + y) for x, y in ((0, 0), (5, 0), (5, 5), (0, 5))]
+    assert cq.Frame.polygon(corners).lattice(0.5, origin=(offset, offset)).size == 81
+    center = (offset, offset)
+    assert cq.Frame.rectangle(0.6, 0.6, center=center).lattice(0.1, origin=center).size == 25
+
+
 def test_shapely_geometries_are_taken():
     frame = cq.Frame.from_shapely(shapely.MultiPolygon([shapely.box(0, 0, 2, 2), shapely.box(3, 0, 5, 2)]))
     assert frame.lattice(1.0).size == 2

@@ -107,12 +107,17 @@ def test_the_matrix_of_the_paper():
     )
 
 
-def test_frame_points_and_frame_force():
+def test_frame_points_and_pull():
     stencil = Stencil(np.array([[True, True]]), 2.0, 3.0)
     expected = np.array([[0, 1, 1, 0], [1, 0, 0, 1], [0, 1, 1, 0]], dtype=bool)
     np.testing.assert_array_equal(stencil.frame_points(), expected)
     height = np.array([[0, 10, 20, 0], [1, 0, 0, 2], [0, 30, 40, 0.0]])
-    np.testing.assert_array_equal(stencil.frame_force(height), [2 * 1 + 3 * 40, 2 * 2 + 3 * 60])
+    np.testing.assert_array_equal(stencil.pull(height), [-(2 * 1 + 3 * 40), -(2 * 2 + 3 * 60)])
+    height[1, 1:3] = [5.0, 7.0]
+    np.testing.assert_array_equal(
+        stencil.pull(height), stencil.matvec(np.array([5.0, 7.0])) - [2 * 1 + 3 * 40, 2 * 2 + 3 * 60]
+    )
+    np.testing.assert_array_equal(stencil.pull(height + 2.0**40), stencil.pull(height))
     flat = Stencil(np.array([[True, True]]), 2.0, 0.0)
     assert flat.frame_points().sum() == 2
 
@@ -125,6 +130,19 @@ def test_bad_stencils_say_what_is_wrong():
         Stencil(mask, -1.0, 1.0)
     with pytest.raises(ValueError, match="at least one arm"):
         Stencil(mask, 0.0, 0.0)
+    with pytest.raises(ValueError, match="two-dimensional boolean array"):
+        Stencil([[1, 0]], 1.0, 1.0)
+    with pytest.raises(ValueError, match="two-dimensional boolean array"):
+        Stencil(np.zeros((2, 2), dtype=bool), 1.0, 1.0)
+
+
+def test_parts_that_hang_on_nothing_are_refused():
+    with pytest.raises(ValueError, match="no arm to the frame, among them that of node 0"):
+        Stencil(np.ones((1, 2), dtype=bool), np.array([[0.0, 1.0, 0.0]]), 0.0)
+    with pytest.raises(ValueError, match=r"1 part\(s\) have no arm"):
+        Stencil(np.ones((1, 4), dtype=bool), np.array([[0.0, 1.0, 0.0, 1.0, 1.0]]), 0.0)
+    held = Stencil(np.ones((1, 4), dtype=bool), np.array([[1.0, 1.0, 0.0, 1.0, 1.0]]), 0.0)
+    assert cq.ContactQP(held, -np.ones(4)).is_m_matrix
 
 
 def test_a_million_nodes_are_assembled_without_a_loop():

@@ -3,6 +3,7 @@ import pytest
 import xarray as xr
 
 import contactqp as cq
+import contactqp.testing
 from contactqp import profiles
 
 LATTICE = cq.Frame.rectangle(5, 4, center=(0.5, 0.0)).lattice(1.0)
@@ -52,6 +53,13 @@ def test_a_net_shifted_by_half_covers_a_shifted_dataarray_only():
     array = xr.DataArray(np.ones((3, 3)), dims=("y", "x"), coords={"y": [0.0, 1, 2], "x": [0.0, 1, 2]})
     with pytest.raises(ValueError, match="support does not cover the lattice"):
         cq.Membrane(LATTICE, 1.0, 0.3, array)
+    descending = xr.DataArray(LATTICE.y[::-1, None] + 0 * LATTICE.x, dims=("y", "x"), coords={"y": LATTICE.y[::-1]})
+    membrane = cq.Membrane(LATTICE, 1.0, 0.3, 9.0, frame_height=descending)
+    by_function = cq.Membrane(LATTICE, 1.0, 0.3, 9.0, frame_height=lambda x, y: y)
+    np.testing.assert_allclose(membrane.problem.q, by_function.problem.q)
+    twice = xr.DataArray(np.ones((6, 3)), dims=("y", "x"), coords={"y": [0, 0, 1, 1, 2, 2]})
+    with pytest.raises(ValueError, match="support has repeated coordinates along y"):
+        cq.Membrane(LATTICE, 1.0, 0.3, twice)
     with pytest.raises(ValueError, match=r"dims \('y', 'x'\), got \('u', 'v'\)"):
         cq.Membrane(LATTICE, 1.0, 0.3, xr.DataArray(np.ones((3, 3)), dims=("u", "v")))
 
@@ -98,6 +106,50 @@ def test_frame_heights_by_function_and_by_array_agree():
         cq.Membrane(wide, 1.0, 0.0, 9.0, frame_height=lambda x, y: x / 0.0 if np.seterr(all="ignore") else x)
 
 
+@pytest.mark.parametrize("datum", [2.0**20, 2.0**30])
+def test_a_datum_far_away_costs_no_digits(datum):
+    base = np.round(2.0**16 * (0.05 + 0.1 * LATTICE.node_x**2)) / 2.0**16
+    near = cq.Membrane(LATTICE, 0.7, 0.5, base)
+    far = cq.Membrane(LATTICE, 0.7, 0.5, base + datum, frame_height=datum)
+    np.testing.assert_array_equal(far.problem.q, near.problem.q)
+    assert far.problem.gap_scale == near.problem.gap_scale
+
+
+def test_a_support_out_of_reach_does_not_loosen_the_tolerance():
+    """A very deep floor beside a hill, in place of no support at all, must not count as the scale of the answer."""
+    lattice = cq.Frame.rectangle(2, 2).lattice(0.1)
+
+    def hill(x, y, floor):
+        return np.where(np.hypot(x, y) < 0.3, 0.05 + 0.1 * (x * x + y * y), floor)
+
+    without, deep = (
+        cq.Membrane(lattice, 1.0, 1.0, lambda x, y, floor=floor: hill(x, y, floor)) for floor in (np.inf, 1e6)
+    )
+    assert deep.problem.gap_scale == pytest.approx(without.problem.gap_scale)
+    assert without.problem.gap_scale < 0.5
+    exact = cq.solve(without, "clarabel", tol=1e-9).deflection
+    for backend in ("clarabel", "psor", "osqp"):
+        solution = cq.solve(deep, backend, on_failure="ignore")
+        if solution.status == "certified":
+            np.testing.assert_allclose(solution.deflection, exact, atol=2e-6 * without.problem.gap_scale)
+        else:
+            assert solution.relative_bound > 1e-6
+
+
+def test_heavy_load_on_a_shallow_support_is_measured_by_the_support():
+    assert cq.Membrane(LATTICE, 1.0, 1e3, 0.01).problem.gap_scale == pytest.approx(0.01)
+    assert cq.Membrane(LATTICE, 1.0, 1e6, 0.0).problem.gap_scale == pytest.approx(1.0, rel=0.2)
+
+
+def test_a_load_that_closes_gaps_does_not_loosen_the_tolerance():
+    matrix = 2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+    problem = cq.ContactQP(matrix, [1e12, -1.0, -1.0])
+    assert problem.gap_scale < 10
+    assert cq.solve(problem, "mangasarian", on_failure="ignore").gap[1:] == pytest.approx([1.0, 1.0], rel=1e-3)
+    with pytest.raises(AssertionError, match="certified bound"):
+        cq.testing.assert_complementary(problem, [0.0, 0.0, 0.0])
+
+
 def test_no_support_at_some_nodes():
     support = np.where(LATTICE.node_x < 1, 0.1, np.inf)
     membrane = cq.Membrane(LATTICE, tension=1.0, load=1.0, support=support)
@@ -131,7 +183,7 @@ def test_cable_matrix_and_load():
 
 
 def test_cable_functions_of_x_or_of_x_and_y():
-    one = cq.Cable(span=4.0, spacing=1.0, tension=1.0, load=np.cos, support=lambda x: 2 + x)
+    one = cq.Cable(span=4.0, spacing=1.0, tension=1.0, load=np.cos, support=lambda x, rise=1.0, *more: 2 + rise * x)
     two = cq.Cable(span=4.0, spacing=1.0, tension=1.0, load=lambda x, y: np.cos(x), support=profiles.Plane(2.0, 1.0))
     np.testing.assert_array_equal(one.problem.q, two.problem.q)
 

@@ -47,6 +47,8 @@ def test_rounding_asymmetry_is_averaged_away():
         (np.eye(2) * 1j, [1.0, 1.0], TypeError, "G must be real, got complex"),
         (sparse.eye_array(2, dtype=complex), [1.0, 1.0], TypeError, "G must hold real numbers, got dtype complex"),
         (np.ones((2, 3)), [1.0, 1.0], ValueError, r"G must be square, got shape \(2, 3\)"),
+        (sparse.coo_array([1.0, 2.0]), [1.0, 1.0], ValueError, r"G must be a square matrix, got shape \(2,\)"),
+        (np.eye(2), np.ma.masked_array([1.0, 2.0], [True, False]), ValueError, "q has masked entries"),
         (np.ones(4), [1.0, 1.0], ValueError, r"G must be a square matrix, got shape \(4,\)"),
         (np.zeros((0, 0)), [], ValueError, r"at least one row"),
         (np.array([[1.0, np.inf], [np.inf, 1.0]]), [1.0, 1.0], ValueError, r"G must be finite, but G\[0, 1\] is inf"),
@@ -67,6 +69,49 @@ def test_rounding_asymmetry_is_averaged_away():
 def test_bad_problems_say_what_is_wrong(matrix, q, error, message):
     with pytest.raises(error, match=message):
         cq.ContactQP(matrix, q)
+
+
+def test_a_zero_pivot_is_no_way_around():
+    """The factorisation must exchange rows here; eigenvalues -0.24, 2, 2, 4.24."""
+    matrix = np.array([[2, 1, 1, -1], [1, 2, 1, 1], [1, 1, 2, -1], [-1, 1, -1, 2]])
+    assert np.linalg.eigvalsh(matrix).min() < -0.2
+    with pytest.raises(ValueError, match="numerically it is not"):
+        cq.ContactQP(matrix, np.zeros(4))
+
+
+def test_a_hair_of_indefiniteness_is_found_when_the_barrier_is_needed():
+    size = 1000
+    diagonal = np.full(size, 2 * (1 - 0.4e-14))
+    diagonal[0] = 2 * (1 + 2e-10)
+    matrix = sparse.diags_array([-np.ones(size - 1), diagonal, -np.ones(size - 1)], offsets=[-1, 0, 1]).tolil()
+    matrix[0, size - 1] = matrix[size - 1, 0] = -1.0
+    matrix[0, 0] -= 4e-10
+    with pytest.raises(ValueError, match="positive definite"):
+        cq.solve(cq.ContactQP(matrix.tocsr(), -np.ones(size)), "clarabel")
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e200])
+def test_extreme_but_sound_matrices_are_taken(scale):
+    problem = cq.ContactQP(np.array([[2.0, -1.0], [-1.0, 2.0]]) * scale, np.array([-1.0, 3.0]) * scale)
+    assert problem.is_m_matrix
+    np.testing.assert_allclose(cq.solve(problem, "clarabel").gap, [0.5, 0.0], atol=1e-6)
+
+
+def test_unknowns_of_mixed_units_are_balanced():
+    matrix = 2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
+    units = np.array([1.0, 1e5, 1e10, 1e-5])
+    assert cq.ContactQP(units[:, None] * matrix * units, -units).is_m_matrix
+
+
+def test_ranges_beyond_double_precision_are_refused():
+    with pytest.raises(ValueError, match="too wide for double precision"):
+        cq.solve(cq.ContactQP(np.diag([1e200, 1e-160, 1.0]), [-1e150, -1e150, 1.0]), "clarabel")
+
+
+def test_the_assembled_matrix_cannot_be_changed():
+    for problem in (cq.gallery.islands().problem, cq.ContactQP(np.eye(2), [1.0, 1.0])):
+        with pytest.raises(ValueError, match="read-only"):
+            problem.G.data[:] = 0.0
 
 
 def test_bad_support_masks_say_what_is_wrong():

@@ -93,7 +93,8 @@ def test_the_step_rule_is_judged_like_every_other_answer():
 def test_matrices_and_varying_arms_are_swept_row_by_row():
     model = cq.gallery.bowl(15)
     bare = cq.ContactQP(model.problem.G, model.problem.q, gap_scale=model.problem.gap_scale)
-    lattice, matrix = (cq.solve(p, "psor", relaxation=1.6) for p in (model, bare))
+    options = {"relaxation": 1.6, "stopping": "step", "stopping_length": 1e-9}
+    lattice, matrix = (cq.solve(problem, "psor", **options) for problem in (model, bare))
     assert lattice.iterations == matrix.iterations
     np.testing.assert_allclose(lattice.gap, matrix.gap, atol=1e-12)
     rng = np.random.default_rng(5)
@@ -119,7 +120,7 @@ def test_psor_also_solves_matrices_that_are_no_z_matrices():
         ({"relaxation": 2}, r"relaxation must lie strictly between 0 and 2, got 2"),
         ({"order": "columns"}, r"order must be one of 'lexicographic', 'red-black', got 'columns'"),
         ({"stopping": "stap"}, r"got 'stap'; did you mean 'step'\?"),
-        ({"stopping_length": -1.0}, r"stopping_length must be > 0, got -1"),
+        ({"stopping": "step", "stopping_length": -1.0}, r"stopping_length must be > 0, got -1"),
     ],
 )
 def test_bad_options_say_what_is_wrong(options, message):
@@ -127,3 +128,15 @@ def test_bad_options_say_what_is_wrong(options, message):
         cq.solve(cq.gallery.islands(), "psor", **options)
     with pytest.raises(ValueError, match="needs a Membrane or a Cable"):
         cq.solve(cq.ContactQP([[1.0]], [1.0]), "psor", order="red-black")
+    with pytest.raises(ValueError, match="stopping_length goes with"):
+        cq.solve(cq.gallery.islands(), "psor", stopping_length=1e-3)
+
+
+@pytest.mark.parametrize("order", ["lexicographic", "red-black"])
+def test_the_automatic_factor_survives_rounding_noise(order):
+    """Steps at rounding level decay no more; read as slow convergence they would drive the factor to 2."""
+    cable = cq.Cable(nodes=800, spacing=1.0, tension=1.0, load=1e-2, support=1e4)
+    solution = cq.solve(cable, "psor", tol=1e-9, order=order, on_failure="ignore")
+    assert solution.iterations < 20_000
+    assert solution.relative_bound < 1e-7
+    assert float(solution.termination.rsplit(" ", 1)[1]) < 1.9995

@@ -62,6 +62,8 @@ def integer_at_least(value: object, low: int, name: str) -> int:
 
 def real_array(value: object, name: str) -> NDArray[np.float64]:
     """Return ``value`` as a new float array; complex, boolean and non-numeric data are refused."""
+    if np.ma.is_masked(value):
+        raise ValueError(f"{name} has masked entries; fill them first")
     array = np.asarray(value)
     if array.dtype.kind == "c":
         raise TypeError(f"{name} must be real, got complex values (dtype {array.dtype})")

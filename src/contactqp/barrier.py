@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._checks import Vector
-from .rounding import growth_bound
+from .rounding import UNDERFLOW, growth_bound
 from .stencil import Stencil
 
 if TYPE_CHECKING:
@@ -41,6 +41,14 @@ class Barrier:
     s: Vector
     kind: str
 
+    def mean_deflection(self, force: Vector) -> float:
+        """Return the mean over the unknowns of Ritz's approximation of G⁻¹ force by a multiple of v.
+
+        The multiple that minimises the energy is (v · force)/(v · Gv). It is a scale, not a bound, and close to the
+        mean wherever v is close in shape to a deflection; a force on one node does not spoil it.
+        """
+        return float(self.v.mean() * (self.v @ force) / (self.v @ self.s))
+
     @property
     def reach(self) -> float:
         """Largest v for a smallest s of one: the error per unit of residual that this barrier can promise."""
@@ -52,7 +60,8 @@ def find_barrier(stiffness: Stiffness) -> Barrier | None:
 
     On a lattice the candidates cost one pass each: a paraboloid about the middle of the nodes, and a
     parabola across them along x or y, each >= 0 on the frame; the one with the least `Barrier.reach` is
-    taken. Otherwise v solves G v = diag(G).
+    taken. Otherwise v is found by a linear solve: with D = diag(G)^(-1/2), which takes out the units of the unknowns,
+    D G D y = 1 and v = D y.
     """
     if isinstance(stiffness, Stencil):
         candidates = [_checked(stiffness, v, kind) for kind, v in _parabolas(stiffness)]
@@ -88,26 +97,30 @@ def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
         return None
     product = stiffness.matvec(v)
     magnitude = 2 * stiffness.diagonal() * v - product
-    s = product - growth_bound(stiffness) * magnitude
+    s = product - growth_bound(stiffness) * magnitude - UNDERFLOW
     return Barrier(v, s, kind) if s.min() > 0 else None
 
 
 def _solved(stiffness: Stiffness) -> Barrier | None:
+    from scipy import sparse
     from scipy.sparse import linalg
 
-    right = stiffness.diagonal()
+    balance = 1 / np.sqrt(stiffness.diagonal())
+    ones = np.ones(stiffness.size)
     if stiffness.size > _DIRECT_SIZE:
-        inverse = 1 / right
-        shape = (stiffness.size, stiffness.size)
-        operator = linalg.LinearOperator(shape, matvec=stiffness.matvec, dtype=np.float64)
-        jacobi = linalg.LinearOperator(shape, matvec=lambda vector: vector * inverse, dtype=np.float64)
+        operator = linalg.LinearOperator(
+            (stiffness.size, stiffness.size),
+            matvec=lambda y: balance * stiffness.matvec(balance * np.ravel(y)),
+            dtype=np.float64,
+        )
         for tolerance in (1e-3, 1e-6):
-            v, _ = linalg.cg(operator, right, rtol=tolerance, M=jacobi, maxiter=4000)
-            barrier = _checked(stiffness, np.asarray(v), "linear solve")
+            y, _ = linalg.cg(operator, ones, rtol=tolerance, maxiter=4000)
+            barrier = _checked(stiffness, balance * y, "linear solve")
             if barrier is not None:
                 return barrier
+    scaling = sparse.diags_array(balance)
     try:
-        factors = linalg.splu(stiffness.tocsr().tocsc(), permc_spec="MMD_AT_PLUS_A")
+        factors = linalg.splu((scaling @ stiffness.tocsr() @ scaling).tocsc(), permc_spec="MMD_AT_PLUS_A")
     except RuntimeError:
         return None
-    return _checked(stiffness, factors.solve(right), "linear solve")
+    return _checked(stiffness, balance * factors.solve(ones), "linear solve")

@@ -101,9 +101,10 @@ def _along_x(field: Any) -> Any:
     import inspect
 
     try:
-        inspect.signature(field).bind(None, None)
-    except TypeError:
-        return lambda x, y: field(x)
+        parameters = inspect.signature(field).parameters.values()
     except ValueError:  # builtins without a signature, such as numpy's ufuncs, take x
         return lambda x, y: field(x)
-    return field
+    required = [
+        p for p in parameters if p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)
+    ]
+    return field if len(required) == 2 else lambda x, y: field(x)

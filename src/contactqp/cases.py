@@ -17,8 +17,9 @@ from .frame import Frame
 from .lattice import Lattice
 from .membrane import Membrane
 
-Positive: TypeAlias = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Finite: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
+Positive: TypeAlias = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
+Finite: TypeAlias = Annotated[float, Field(allow_inf_nan=False, strict=True)]
+Ordinate: TypeAlias = Annotated[float, Field(strict=True)]
 Point: TypeAlias = tuple[Finite, Finite]
 Corners: TypeAlias = Annotated[list[Point], Field(min_length=3)]
 
@@ -77,12 +78,11 @@ class Polygon(_Section):
 
 
 class MaskFile(_Section):
-    """``shape = "mask"``: nodes from a file; everything above ``threshold`` is a node."""
+    """``shape = "mask"``: nodes from a file, everything above ``threshold``; the case's origin is the first entry's."""
 
     shape: Literal["mask"]
     file: str
     threshold: Finite = 0.5
-    origin: Point = (0.0, 0.0)
 
 
 FrameSection: TypeAlias = Annotated[Rectangle | Hexagon | Disk | Polygon | MaskFile, Field(discriminator="shape")]
@@ -182,7 +182,7 @@ class MembraneCase(_Section):
     origin: Point = (0.0, 0.0)
     tension: Positive
     load: Finite | DataFile
-    support: Annotated[float, Field(allow_inf_nan=True)] | DataFile | ProfileSection
+    support: Ordinate | DataFile | ProfileSection
     frame_height: Finite = 0.0
 
 
@@ -196,7 +196,7 @@ class CableCase(_Section):
     spacing: Positive
     tension: Positive
     load: Finite | DataFile
-    support: Annotated[float, Field(allow_inf_nan=True)] | DataFile | ProfileSection
+    support: Ordinate | DataFile | ProfileSection
     frame_height: Finite = 0.0
 
 
@@ -250,7 +250,7 @@ def load_case(path: str | Path) -> Membrane | Cable:
 def _membrane(case: MembraneCase, path: Path) -> Membrane:
     if isinstance(case.frame, MaskFile):
         grid = _read(path, "frame.file", case.frame.file, None)
-        lattice = Lattice(grid > case.frame.threshold, case.spacing, case.frame.origin)
+        lattice = Lattice(grid > case.frame.threshold, case.spacing, case.origin)
     else:
         lattice = case.frame.build().lattice(case.spacing, case.origin)
     return Membrane(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ._checks import Mask, Vector, vector
 from .errors import UnsuitableProblemError
 from .problem import ContactQP
-from .rounding import UNIT_ROUNDOFF, growth_bound
+from .rounding import UNDERFLOW, UNIT_ROUNDOFF, growth_bound
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Certificate:
     contact : array of bool, shape (n,)
         Nodes where R* > 0 is certain.
     clear : array of bool, shape (n,)
-        Nodes where ω* > 0 is certain.
+        Nodes where ω* > 0 is certain, and all nodes without a support.
     barrier : str
         The kind of barrier that the bounds are multiples of.
     """
@@ -113,34 +113,36 @@ def certify(problem: ContactQP, gap: ArrayLike) -> Certificate:
         )
     omega = vector(gap, problem.size, "gap")
     v, s, free = barrier.v, barrier.s, ~problem.supported
-    some_free = bool(free.any())
 
-    reaction, error = _enclosed_reaction(problem, omega)
-    clearance = omega / v
-    if some_free:
+    with np.errstate(over="ignore", invalid="ignore"):
+        reaction, error = _enclosed_reaction(problem, omega)
+        clearance = omega / v
         clearance[free] = np.inf
-    grow = 1 + 16 * UNIT_ROUNDOFF
-    raise_by = grow * max(0.0, float((-clearance).max()), float(((error - reaction) / s).max()))
-    lower_by = grow * max(0.0, float(np.minimum(clearance, (reaction + error) / s).max()))
+        grow = 1 + 16 * UNIT_ROUNDOFF
+        raise_by = grow * np.maximum(-clearance, (error - reaction) / s).max(initial=0.0) + UNDERFLOW
+        lower_by = grow * np.minimum(clearance, (error + reaction) / s).max(initial=0.0) + UNDERFLOW
 
-    slack = 4 * UNIT_ROUNDOFF
-    upper = omega + raise_by * v
-    upper += slack * (np.abs(omega) + raise_by * v)
-    lower = omega - lower_by * v
-    lower -= slack * (np.abs(omega) + lower_by * v)
-    np.maximum(lower, 0.0, out=lower, where=problem.supported)
-    upper_reaction, upper_error = _enclosed_reaction(problem, upper)
-    # The reaction with node i itself held at zero gap and all others as far away as they can be.
-    held_shut = upper_reaction - problem.stiffness.diagonal() * upper
-    contact = (held_shut > 2 * upper_error) & problem.supported
-    return Certificate(
-        lower=lower,
-        upper=upper,
-        gap_bound=float(max((upper - omega).max(), (omega - lower).max())) * grow,
-        contact=contact,
-        clear=(lower > 0) | free,
-        barrier=barrier.kind,
-    )
+        slack = 4 * UNIT_ROUNDOFF
+        upper = omega + raise_by * v
+        upper += slack * (np.abs(omega) + raise_by * v)
+        lower = omega - lower_by * v
+        lower -= slack * (np.abs(omega) + lower_by * v)
+        np.maximum(lower, 0.0, out=lower, where=problem.supported)
+        upper_reaction, upper_error = _enclosed_reaction(problem, upper)
+        # The reaction with node i itself held at zero gap and all others as far away as they can be.
+        held_shut = upper_reaction - problem.stiffness.diagonal() * upper
+        contact = (held_shut > 2 * upper_error) & problem.supported
+        gap_bound = grow * np.maximum(upper - omega, omega - lower).max()
+    if not (np.isfinite(upper_reaction).all() and np.isfinite(upper_error).all() and np.isfinite(gap_bound)):
+        return _know_nothing(problem, barrier.kind)
+    return Certificate(lower, upper, float(gap_bound), contact, (lower > 0) | free, barrier.kind)
+
+
+def _know_nothing(problem: ContactQP, barrier: str) -> Certificate:
+    """Return the enclosure that always holds, for numbers whose bounds overflow."""
+    nowhere = np.zeros(problem.size, dtype=np.bool_)
+    lower = np.where(problem.supported, 0.0, -np.inf)
+    return Certificate(lower, np.full(problem.size, np.inf), np.inf, nowhere, nowhere, barrier)
 
 
 def _enclosed_reaction(problem: ContactQP, omega: Vector) -> tuple[Vector, Vector]:
@@ -154,4 +156,5 @@ def _enclosed_reaction(problem: ContactQP, omega: Vector) -> tuple[Vector, Vecto
     reaction = reaction + problem.q
     bound += np.abs(problem.q)
     bound *= growth_bound(problem.stiffness)
+    bound += UNDERFLOW
     return reaction, bound

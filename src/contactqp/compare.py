@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._checks import integer_at_least, open_interval, positive_number
-from .backends import get_backend
+from .backends import choose_backend, get_backend
 from .errors import MissingBackendError, UnsuitableProblemError
 from .judge import Status
 from .model import TensionedNet
@@ -127,7 +127,7 @@ class Comparison:
     def pairs(self) -> list[Pair]:
         """Every pair of backends that returned a finite answer."""
         usable = {name: s for name, s in self.solutions.items() if s.residuals is not None}
-        return [self._pair(usable[first], usable[second]) for first, second in combinations(usable, 2)]
+        return [self._pair(first, second, usable[first], usable[second]) for first, second in combinations(usable, 2)]
 
     @property
     def agree(self) -> bool:
@@ -235,7 +235,7 @@ class Comparison:
             f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table><p>{escape(self.verdict())}</p>"
         )
 
-    def _pair(self, first: Solution, second: Solution) -> Pair:
+    def _pair(self, first_name: str, second_name: str, first: Solution, second: Solution) -> Pair:
         union = int(np.count_nonzero(first.contact | second.contact))
         differing = np.flatnonzero(first.contact != second.contact)
         difference = float(np.abs(first.gap - second.gap).max())
@@ -244,8 +244,8 @@ class Comparison:
         else:
             consistent = difference <= UNPROVEN_AGREEMENT * self.tol * self.problem.gap_scale
         return Pair(
-            first=first.backend,
-            second=second.backend,
+            first=first_name,
+            second=second_name,
             gap_difference=difference,
             contact_jaccard=differing.size / union if union else 0.0,
             differing_nodes=differing,
@@ -320,9 +320,6 @@ def compare(
     if len(set(names)) != len(names):
         raise ValueError(f"backends must not repeat, got {names}")
     options = dict(options or {})
-    for name in names:
-        if name != "auto":
-            get_backend(name).check_options(options.get(name, {}))
     stray = sorted(set(options) - set(names))
     if stray:
         raise ValueError(f"options name {', '.join(map(repr, stray))}, which is not among the backends {names}")
@@ -334,6 +331,9 @@ def compare(
     if time_limit is not None:
         time_limit = positive_number(time_limit, "time_limit")
     algebra = problem.problem if isinstance(problem, TensionedNet) else problem
+    for name in names:
+        chosen = choose_backend(algebra)[0] if name == "auto" else name
+        get_backend(chosen).check_options(options.get(name, {}))
     rows: list[Row] = []
     solutions: dict[str, Solution] = {}
     for name in names:
@@ -356,7 +356,9 @@ def _attempt(
         return Row(name, "missing", str(error))
     except UnsuitableProblemError as error:
         return Row(name, "unsuitable", str(error))
-    except Exception as error:  # whatever a backend's library throws is a finding about that backend
+    except (KeyboardInterrupt, SystemExit):
+        raise
+    except BaseException as error:  # whatever a library throws, a panic of compiled code too, is a finding about it
         return Row(name, "error", f"{type(error).__name__}: {error}")
 
 

@@ -41,15 +41,15 @@ def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) 
     ValueError
         If the shape does not fit, or a node's value is nan or not finite.
     """
-    if callable(field):
+    if callable(field) and not is_dataarray(field):
         values = real_array(field(lattice.node_x, lattice.node_y), f"{name}(x, y)")
         if values.shape not in ((), (lattice.size,)):
             raise ValueError(
                 f"{name}(x, y) must return a number or shape ({lattice.size},) for the {lattice.size} nodes, "
                 f"got {values.shape}"
             )
-    elif hasattr(field, "dims") and hasattr(field, "coords"):
-        values = lattice.gather(_on_lattice(lattice, field, name))
+    elif is_dataarray(field) and field.ndim:
+        values = lattice.gather(on_lattice(lattice, field, name))
     else:
         values = real_array(field, name)
         if values.shape == lattice.shape:
@@ -68,7 +68,12 @@ def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) 
     return vector
 
 
-def _on_lattice(lattice: Lattice, field: Any, name: str) -> NDArray[np.float64]:
+def is_dataarray(value: Any) -> bool:
+    """Whether ``value`` is an xarray.DataArray, found out without importing xarray."""
+    return hasattr(value, "dims") and hasattr(value, "coords")
+
+
+def on_lattice(lattice: Lattice, field: Any, name: str) -> NDArray[np.float64]:
     """Return a DataArray's values on the lattice's shape."""
     wanted = ("y", "x")
     if field.dims == ("x",) and lattice.shape[0] == 1:
@@ -78,8 +83,12 @@ def _on_lattice(lattice: Lattice, field: Any, name: str) -> NDArray[np.float64]:
     field = field.transpose(*wanted)
     for dim, points in (("y", lattice.y), ("x", lattice.x)):
         if dim in field.coords:
+            if np.unique(field[dim].values).size != field.sizes[dim]:
+                raise ValueError(f"{name} has repeated coordinates along {dim}")
             try:
-                field = field.sel({dim: points}, method="nearest", tolerance=1e-6 * lattice.spacing)
+                field = field.sortby(dim).sel({dim: points}, method="nearest", tolerance=1e-6 * lattice.spacing)
+            except (TypeError, ValueError) as error:
+                raise ValueError(f"{name} cannot be aligned with the lattice along {dim}: {error}") from None
             except KeyError:
                 raise ValueError(
                     f"{name} does not cover the lattice: its {dim} must hold {points[0]:g}, ..., {points[-1]:g} "

@@ -153,12 +153,7 @@ class Frame:
         if geometry.is_empty or geometry.area == 0:
             raise ValueError("the contour encloses no area")
 
-        def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
-            shrunk = geometry.buffer(-margin, join_style="mitre")
-            shapely.prepare(shrunk)
-            return np.asarray(shapely.contains_xy(shrunk, x, y))
-
-        return cls(geometry, inside, f"from_shapely({kind})")
+        return cls(geometry, _polygon_predicate(geometry), f"from_shapely({kind})")
 
     @property
     def area(self) -> float:
@@ -190,7 +185,8 @@ class Frame:
         spacing = positive_number(spacing, "spacing")
         origin_x, origin_y = _point(origin, "origin")
         left, bottom, right, top = self.geometry.bounds
-        margin = _RELATIVE_TOLERANCE * max(right - left, top - bottom)
+        coordinates = np.abs([left, bottom, right, top, origin_x, origin_y])
+        margin = max(_RELATIVE_TOLERANCE * max(right - left, top - bottom), 8 * float(np.spacing(coordinates.max())))
         columns = _covering(left, right, origin_x, spacing)
         rows = _covering(bottom, top, origin_y, spacing)
         x, y = origin_x + spacing * columns, origin_y + spacing * rows
@@ -204,10 +200,22 @@ class Frame:
         return Lattice(mask, spacing, (float(x[0]), float(y[0])))
 
     def __or__(self, other: Frame) -> Frame:
-        return self._combined(other, self.geometry.union(other.geometry), "|", lambda a, b: a | b)
+        joined = self.geometry.union(other.geometry)
+        in_joined = _polygon_predicate(joined)
+
+        def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
+            # The joined polygon adds the points of edges that both share, which are inside neither.
+            return np.asarray(self._inside(x, y, margin) | other._inside(x, y, margin) | in_joined(x, y, margin))
+
+        return Frame(joined, inside, f"{self._name} | {other._name}")
 
     def __and__(self, other: Frame) -> Frame:
-        return self._combined(other, self.geometry.intersection(other.geometry), "&", lambda a, b: a & b)
+        def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
+            return np.asarray(self._inside(x, y, margin) & other._inside(x, y, margin))
+
+        geometry = self.geometry.intersection(other.geometry)
+        _refuse_empty(geometry, f"{self!r} & {other!r}")
+        return Frame(geometry, inside, f"{self._name} & {other._name}")
 
     def __sub__(self, other: Frame) -> Frame:
         def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
@@ -217,16 +225,23 @@ class Frame:
         _refuse_empty(geometry, f"{self!r} - {other!r}")
         return Frame(geometry, inside, f"{self._name} - {other._name}")
 
-    def _combined(self, other: Frame, geometry: BaseGeometry, sign: str, join: Callable[[Mask, Mask], Any]) -> Frame:
-        _refuse_empty(geometry, f"{self!r} {sign} {other!r}")
-
-        def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
-            return np.asarray(join(self._inside(x, y, margin), other._inside(x, y, margin)))
-
-        return Frame(geometry, inside, f"{self._name} {sign} {other._name}")
-
     def __repr__(self) -> str:
         return f"Frame.{self._name}"
+
+
+def _polygon_predicate(geometry: BaseGeometry) -> _Inside:
+    """Return the test for points strictly inside a polygon, made about its own corner to keep digits far from 0."""
+    import shapely
+
+    corner_x, corner_y = geometry.bounds[:2]
+    local = shapely.transform(geometry, lambda points: points - np.array([corner_x, corner_y]))
+
+    def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
+        shrunk = local.buffer(-margin, join_style="mitre")
+        shapely.prepare(shrunk)
+        return np.asarray(shapely.contains_xy(shrunk, x - corner_x, y - corner_y))
+
+    return inside
 
 
 def _point(value: Any, name: str) -> Point:

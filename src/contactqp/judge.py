@@ -34,7 +34,7 @@ class Status(StrEnum):
 
 
 _ADVICE = {
-    Status.CERTIFIED: "The true gap is proven to lie within tol of the answer.",
+    Status.CERTIFIED: "The exact solution of the discrete problem is proven to lie within tol of the answer.",
     Status.SOLVED: "The residuals are within tol; for this matrix no enclosure is known, so nothing is proven.",
     Status.INACCURATE: "Use it with the bound that it achieved, loosen tol, or take another backend.",
     Status.ITERATION_LIMIT: "Raise max_iter, pass this answer as warm_start, or take another backend.",

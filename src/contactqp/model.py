@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ._checks import Mask, Vector, finite_number, read_only, real_array
-from .barrier import find_barrier
-from .fields import sample
+from .barrier import Barrier
+from .fields import is_dataarray, on_lattice, sample
 from .lattice import Lattice
 from .problem import ContactQP
 from .stencil import Stencil
@@ -38,6 +38,10 @@ class ForceBalance:
     def imbalance(self) -> float:
         """ΣP - ΣR - frame: zero but for rounding."""
         return self.load - self.reaction - self.frame
+
+
+_LEAST_DEPTH = 1e-6
+"""The gap scale is at least this part of the unsupported deflection: a shallower support counts as flat."""
 
 
 class TensionedNet:
@@ -88,7 +92,8 @@ class TensionedNet:
         self.support: Vector = read_only(sample(lattice, support, "support", allow_inf=True))
         self.nodal_load: Vector = read_only(self.load * area)
         self._heights = _frame_heights(self.stencil, lattice, frame_height)
-        self._frame_force = None if self._heights is None else self.stencil.frame_force(self._heights)
+        needed = self.stencil.frame_points()
+        self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
 
     @cached_property
     def supported(self) -> Mask:
@@ -97,48 +102,52 @@ class TensionedNet:
 
     @property
     def reference(self) -> Vector:
-        """Ordinates that the gap is measured from: the support, and the frame's plane where there is none."""
-        return np.where(self.supported, self.support, 0.0)
+        """Ordinates that the gap is measured from: the support, and the frame's mean height where there is none."""
+        return np.where(self.supported, self.support, self._datum)
 
     @cached_property
     def problem(self) -> ContactQP:
         """The contact problem: q = P + b - G f, with b the pull of a frame that is not at height zero."""
-        active = self.nodal_load if self._frame_force is None else self.nodal_load + self._frame_force
-        q = active - self.stencil.matvec(self.reference)
-        return ContactQP(self.stencil, q, supported=self.supported, gap_scale=self._gap_scale())
+        q = self.nodal_load - self.stencil.pull(self._padded(self.reference))
+        problem = ContactQP(self.stencil, q, supported=self.supported)
+        problem._gap_scale = self._gap_scale(problem.barrier)
+        return problem
 
-    def _gap_scale(self) -> float | None:
+    def _padded(self, heights: Vector) -> Vector:
+        """Return heights of nodes and frame on the net with a ring of frame points about it."""
+        padded = self.stencil.pad(heights)
+        return padded if self._heights is None else np.where(self.stencil.padded_mask(), padded, self._heights)
+
+    def _gap_scale(self, barrier: Barrier | None) -> float | None:
         """Return the length by which tolerances are measured, or None if the model has no length of its own.
 
-        The largest of three means: the deflection under |P| without a support (of the weight s of a barrier v, as
-        vᵀGw = sᵀw), the distance of the support from the frame's mean height, and the frame's own departure from it.
-        None of them vanishes where load and support cancel in q, and none changes with the datum of the ordinates.
+        An error of the gap is one of the deflection w, so its scale is that of w. Above, w is bounded by the support
+        and by the deflection without one; below, by that under suction alone and by the highest summit: of these
+        bounds the mean is taken, ordinates being measured from the frame's mean height. The unsupported deflection is
+        estimated by Ritz's method from the barrier.
         """
-        barrier = find_barrier(self.stencil)
-        scales = [] if barrier is None else [float(barrier.v @ np.abs(self.nodal_load) / barrier.s.sum())]
-        datum = 0.0
+        if barrier is None:
+            return None
+        down = barrier.mean_deflection(np.maximum(self.nodal_load, 0.0)) * barrier.v / barrier.v.mean()
+        suction = barrier.mean_deflection(np.maximum(-self.nodal_load, 0.0))
+        relief = 0.0
         if self._heights is not None:
-            frame = self._heights[self.stencil.frame_points()]
-            datum = float(frame.mean())
-            scales.append(float(np.abs(frame - datum).mean()))
-        if self.supported.any():
-            scales.append(float(np.abs(self.support[self.supported] - datum).mean()))
-        return max(scales, default=0.0) or None
+            relief = float(np.abs(self._heights[self.stencil.frame_points()] - self._datum).max())
+        depth = self.support - self._datum
+        reachable = float(np.minimum(np.maximum(depth, 0.0), down + relief).mean())
+        summit = max(0.0, -float(depth.min()))
+        return max(reachable + suction + summit, _LEAST_DEPTH * float(down.mean())) or None
 
     def deflection(self, gap: Vector) -> Vector:
-        """Return w = f - ω (length, positive downwards), -ω where there is no support."""
+        """Return w = f - ω (length, positive downwards); without a support the frame's mean height stands for f."""
         return np.asarray(self.reference - gap)
 
     def force_balance(self, gap: Vector) -> ForceBalance:
         """Return the resultants of load, support and frame for a gap vector."""
-        deflection = self.deflection(gap)
-        frame_pull = self.stencil.matvec(deflection).sum()
-        if self._frame_force is not None:
-            frame_pull -= self._frame_force.sum()
         return ForceBalance(
             load=float(self.nodal_load.sum()),
             reaction=float(self.problem.reaction(gap).sum()),
-            frame=float(frame_pull),
+            frame=float(self.stencil.pull(self.padded_deflection(gap)).sum()),
         )
 
     def max_slope(self, gap: Vector) -> float:
@@ -159,10 +168,7 @@ class TensionedNet:
 
     def padded_deflection(self, gap: Vector) -> Vector:
         """Return w on the net with a ring of frame points about it, shape (rows + 2, columns + 2)."""
-        padded = self.stencil.pad(self.deflection(gap))
-        if self._heights is not None:
-            padded = np.where(self.stencil.padded_mask(), padded, self._heights)
-        return padded
+        return self._padded(self.deflection(gap))
 
     @property
     def units(self) -> dict[str, str]:
@@ -185,13 +191,15 @@ class TensionedNet:
 
 def _frame_heights(stencil: Stencil, lattice: Lattice, value: Any) -> Vector | None:
     """Return the frame's ordinates on the net with a ring about it, or None if they are zero."""
-    if np.ndim(value) == 0 and not callable(value):
+    if not callable(value) and not is_dataarray(value) and np.ndim(value) == 0:
         value = finite_number(value, "frame_height")
         if value == 0:
             return None
     rows, columns = lattice.shape
     padded = np.zeros((rows + 2, columns + 2))
     needed = stencil.frame_points()
+    if is_dataarray(value):
+        value = on_lattice(lattice, value, "frame_height")
     if callable(value):
         row, column = np.nonzero(needed)
         x = lattice.origin[0] + lattice.spacing * (column - 1)

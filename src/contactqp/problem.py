@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ._checks import Mask, Vector, positive_number, read_only, vector
 from .barrier import Barrier, find_barrier
 from .stencil import Stencil
-from .stiffness import SparseStiffness, checked_matrix, refuse_indefinite
+from .stiffness import SparseStiffness, checked_matrix, refuse_indefinite, weakly_dominant
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -50,8 +50,9 @@ class ContactQP:
     supported : array of bool, shape (n,), optional
         False where there is no support: there ω may take either sign, and R = 0. All True by default.
     gap_scale : float, optional
-        Length by which tolerances are measured. By default (vᵀ|q|)/(1ᵀs) with the `barrier` (v, s): the s-weighted
-        mean of the gap that |q| would open without a support.
+        Length by which tolerances are measured. By default the mean gap that the opening forces max(0, -q) (|q| where
+        there is no support) would leave, estimated from the `barrier` (see `Barrier.mean_deflection`): an M-matrix's
+        gap is at most G⁻¹ times them.
 
     Raises
     ------
@@ -90,7 +91,9 @@ class ContactQP:
             self.stiffness = G
         else:
             matrix = checked_matrix(G)
-            refuse_indefinite(matrix)
+            if not weakly_dominant(matrix):
+                refuse_indefinite(matrix)
+            matrix.data.setflags(write=False)
             self.stiffness = SparseStiffness(matrix)
         self.q: Vector = read_only(vector(q, self.stiffness.size, "q"))
         self.supported: Mask = read_only(_support_mask(supported, self.size))
@@ -103,8 +106,10 @@ class ContactQP:
 
     @cached_property
     def G(self) -> csr_array:
-        """The stiffness as a sparse array; assembled at the first call."""
-        return self.stiffness.tocsr()
+        """The stiffness as a sparse array, read-only; assembled at the first call."""
+        matrix = self.stiffness.tocsr()
+        matrix.data.setflags(write=False)
+        return matrix
 
     @property
     def stencil(self) -> Stencil | None:
@@ -134,20 +139,37 @@ class ContactQP:
 
     @cached_property
     def barrier(self) -> Barrier | None:
-        """A vector v > 0 with Gv > 0 that proves G an M-matrix, or None where G is not one."""
-        return find_barrier(self.stiffness) if self.is_z_matrix else None
+        """A vector v > 0 with Gv > 0 that proves G an M-matrix, or None where G is no Z-matrix.
+
+        Raises
+        ------
+        ValueError
+            If G turns out not to be positive definite.
+        """
+        if not self.is_z_matrix:
+            return None
+        found = find_barrier(self.stiffness)
+        if found is None:
+            refuse_indefinite(self.G)
+        return found
 
     @cached_property
     def gap_scale(self) -> float:
         """Length by which tolerances are measured, > 0 (see the class)."""
         if self._gap_scale is not None:
             return self._gap_scale
-        force = np.abs(self.q)
-        if self.barrier is not None:
-            scale = float(self.barrier.v @ force / self.barrier.s.sum())
-        else:
-            scale = float((force / self.stiffness.diagonal()).max())
-        return scale if scale > 0 else 1.0
+        size = np.abs(self.q)
+        opening = np.where(self.supported, np.maximum(-self.q, 0.0), size)
+        for force in (opening, size):
+            if self.barrier is not None:
+                scale = self.barrier.mean_deflection(force)
+            else:
+                scale = float((force / self.stiffness.diagonal()).max())
+            if not np.isfinite(scale):
+                raise ValueError("the ranges of G and q are too wide for double precision: the gap scale overflows")
+            if scale > 0:
+                return scale
+        return 1.0
 
     def objective(self, gap: ArrayLike) -> float:
         """Return ½ωᵀGω + qᵀω (force times length): the potential energy less that of the shut gap."""
@@ -177,6 +199,8 @@ class ContactQP:
             problem.stiffness = self.stiffness.scaled(1 / largest)
             units = Units(self.gap_scale, self.gap_scale * largest)
         problem.q = read_only(self.q / units.force)
+        if not (np.isfinite(problem.q).all() and np.isfinite(problem.stiffness.diagonal()).all()):
+            raise ValueError("the ranges of G and q are too wide for double precision: the scaled problem overflows")
         problem.supported = self.supported
         problem._gap_scale = 1.0
         problem.__dict__["positive_off_diagonal"] = self.positive_off_diagonal

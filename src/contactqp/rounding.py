@@ -11,6 +11,9 @@ if TYPE_CHECKING:
 
 UNIT_ROUNDOFF = 2.0**-53
 
+UNDERFLOW = 1e-300
+"""Added to every error bound: more than what gradual underflow can take from a short sum of products."""
+
 
 def gamma(operations: int) -> float:
     """Return gamma_k = k u / (1 - k u), Higham (2002), lemma 3.1."""

@@ -48,12 +48,14 @@ class Stencil:
     """
 
     def __init__(self, mask: Mask, horizontal: float | _Grid, vertical: float | _Grid) -> None:
-        self.mask = mask
-        rows, columns = mask.shape
+        self.mask = _checked_mask(mask)
+        rows, columns = self.mask.shape
         self.horizontal = _arms(horizontal, (rows, columns + 1), "horizontal")
         self.vertical = _arms(vertical, (rows + 1, columns), "vertical")
         if not self.diagonal().min() > 0:
             raise ValueError("every node needs at least one arm of positive stiffness")
+        if not self.uniform and not (self.horizontal.all() and self.vertical.all()):
+            self._refuse_floating_parts()
 
     @property
     def uniform(self) -> bool:
@@ -94,18 +96,44 @@ class Stencil:
         result -= north * padded[2:, 1:-1]
         return np.asarray(result[self.mask])
 
-    def frame_force(self, height: _Grid) -> Vector:
-        """Return b with b_i = sum of (arm stiffness x height) over the frame points that node i is joined to.
+    def pull(self, height: _Grid) -> Vector:
+        """Return the force with which the arms resist a shape: sum of stiffness x (own height - the other end's).
+
+        For heights h on nodes and frame it is Gh - b with b_i the sum of stiffness x height over node i's frame points;
+        formed from differences, it does not lose digits to a common height.
 
         Parameters
         ----------
         height : array, shape (rows + 2, columns + 2)
-            Ordinates of the points, with a ring about the net; read only where a node's arm ends.
+            Ordinates of nodes and frame points, with a ring about the net (see `pad`).
+
+        Returns
+        -------
+        array, shape (size,)
         """
         west, east, south, north = self._weights()
-        held = np.where(self.padded_mask(), 0.0, height)
-        force = west * held[1:-1, :-2] + east * held[1:-1, 2:] + south * held[:-2, 1:-1] + north * held[2:, 1:-1]
-        return np.asarray(np.broadcast_to(force, self.mask.shape)[self.mask])
+        own = height[1:-1, 1:-1]
+        force = west * (own - height[1:-1, :-2]) + east * (own - height[1:-1, 2:])
+        force = force + (south * (own - height[:-2, 1:-1]) + north * (own - height[2:, 1:-1]))
+        return np.asarray(force[self.mask])
+
+    def _refuse_floating_parts(self) -> None:
+        from scipy.sparse import csgraph
+
+        matrix = self.tocsr()
+        count, part = csgraph.connected_components(matrix, directed=False)
+        west, east, south, north = (np.broadcast_to(arm, self.mask.shape) for arm in self._weights())
+        points = self.padded_mask()
+        held = (
+            west * ~points[1:-1, :-2]
+            + east * ~points[1:-1, 2:]
+            + south * ~points[:-2, 1:-1]
+            + north * ~points[2:, 1:-1]
+        )
+        loose = np.bincount(part, weights=held[self.mask] > 0, minlength=count) == 0
+        if loose.any():
+            node = int(np.flatnonzero(loose[part])[0])
+            raise ValueError(f"{int(loose.sum())} part(s) have no arm to the frame, among them that of node {node}")
 
     def pad(self, vector: Vector, fill: float = 0.0) -> _Grid:
         """Lay a vector in node order out on the net with a ring of frame points about it."""
@@ -179,6 +207,15 @@ class Stencil:
     def __repr__(self) -> str:
         kind = "uniform" if self.uniform else "varying arms"
         return f"Stencil({self.size} nodes in {self.mask.shape[0]} x {self.mask.shape[1]}, {kind})"
+
+
+def _checked_mask(mask: Any) -> Mask:
+    points = np.asarray(mask)
+    if points.dtype != np.bool_ or points.ndim != 2 or not points.any():
+        raise ValueError(
+            f"mask must be a two-dimensional boolean array with a node, got dtype {points.dtype}, shape {points.shape}"
+        )
+    return points if not points.flags.writeable else read_only(points.copy())
 
 
 def _arms(value: float | _Grid, shape: tuple[int, int], name: str) -> _Grid:

@@ -101,6 +101,8 @@ def checked_matrix(value: Any) -> csr_array:
     from scipy import sparse
 
     if sparse.issparse(value):
+        if value.ndim != 2:
+            raise ValueError(f"G must be a square matrix, got shape {value.shape}")
         if value.dtype.kind not in "iuf":
             raise TypeError(f"G must hold real numbers, got dtype {value.dtype}")
         matrix = sparse.csr_array(value, dtype=np.float64, copy=True)
@@ -148,46 +150,64 @@ def _symmetric(matrix: csr_array) -> csr_array:
     return average
 
 
-def refuse_indefinite(matrix: csr_array) -> None:
-    """Raise a ValueError unless the symmetric ``matrix`` is positive definite.
+def weakly_dominant(matrix: csr_array) -> bool:
+    """Whether a Z-matrix is diagonally dominant to rounding, strictly in a row of each connected part.
 
-    Diagonal dominance settles most matrices of contact problems in one pass (Taussky 1949: weakly dominant
-    rows, one of them strictly in each irreducible part, and a positive diagonal). Otherwise the signs of the pivots
-    of a symmetric factorisation are counted (Sylvester's law of inertia).
+    Then it is positive definite up to rounding (Taussky 1949). That is enough to put off the proof to the barrier,
+    which every use of the matrix needs anyway.
     """
     from scipy.sparse import csgraph
 
     entries = matrix.tocoo()
     i, j = entries.coords
-    diagonal = matrix.diagonal()
     off = i != j
-    excess = np.abs(entries.data[off]) - np.sqrt(diagonal[i[off]] * diagonal[j[off]])
-    if excess.size and excess.max() >= 0:
+    if (entries.data[off] > 0).any():
+        return False
+    diagonal = matrix.diagonal()
+    radius = np.bincount(i[off], weights=-entries.data[off], minlength=matrix.shape[0])
+    if not (radius <= diagonal * (1 + 1e-13)).all():
+        return False
+    strict = radius < diagonal * (1 - 1e-10)
+    count, part = csgraph.connected_components(matrix, directed=False)
+    return bool(np.bincount(part, weights=strict, minlength=count).all())
+
+
+def refuse_indefinite(matrix: csr_array) -> None:
+    """Raise a ValueError unless the symmetric ``matrix`` is numerically positive definite.
+
+    The signs of the pivots of a symmetric factorisation are counted (Sylvester's law of inertia); an exchange of rows,
+    which only a zero pivot makes necessary, also tells against it.
+    """
+    entries = matrix.tocoo()
+    i, j = entries.coords
+    root = np.sqrt(matrix.diagonal())
+    off = i != j
+    excess = np.abs(entries.data[off]) / root[i[off]] / root[j[off]]
+    if excess.size and excess.max() >= 1:
         worst = int(np.argmax(excess))
         row, column, value = int(i[off][worst]), int(j[off][worst]), entries.data[off][worst]
         raise ValueError(
             f"G must be positive definite, but |G[{row}, {column}]| = {abs(value):g} is not below the geometric mean "
-            f"of G[{row}, {row}] = {diagonal[row]:g} and G[{column}, {column}] = {diagonal[column]:g}"
+            f"of G[{row}, {row}] = {root[row] ** 2:g} and G[{column}, {column}] = {root[column] ** 2:g}"
         )
-    radius = np.bincount(i[off], weights=np.abs(entries.data[off]), minlength=matrix.shape[0])
-    if (radius <= diagonal * (1 + 1e-14)).all():
-        strict = radius < diagonal * (1 - 1e-12)
-        count, part = csgraph.connected_components(matrix, directed=False)
-        if np.bincount(part, weights=strict, minlength=count).all():
-            return
-    negative = _negative_pivots(matrix)
+    negative = _negative_pivots(matrix, 1 / root)
     if negative:
-        raise ValueError(f"G must be positive definite, but a factorisation finds {negative} pivot(s) that are not > 0")
+        raise ValueError(
+            f"G must be positive definite, but numerically it is not: a factorisation finds {negative} pivot(s) <= 0"
+        )
 
 
-def _negative_pivots(matrix: csr_array) -> int:
+def _negative_pivots(matrix: csr_array, balance: Vector) -> int:
+    from scipy import sparse
     from scipy.sparse import linalg
 
-    scale = 1 / np.sqrt(matrix.diagonal())
-    unit = matrix.multiply(scale[:, None]).multiply(scale[None, :]).tocsc()
+    scaling = sparse.diags_array(balance)
+    unit = (scaling @ matrix @ scaling).tocsc()
     try:
         factors = linalg.splu(unit, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
+        return 1
+    if not np.array_equal(factors.perm_r, factors.perm_c):
         return 1
     rounding = 4 * np.finfo(float).eps * matrix.shape[0]
     return int(np.count_nonzero(factors.U.diagonal() <= rounding))

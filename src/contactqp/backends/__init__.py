@@ -68,13 +68,15 @@ def choose_backend(problem: ContactQP) -> tuple[str, str]:
     """Return the name of the backend that ``"auto"`` stands for, and the reason for the choice.
 
     Measured on two cores (``benchmarks/backends.py``): Clarabel answers problems of up to some thousand unknowns
-    within the time that the kernels of projected relaxation take to load; above, relaxation is
-    faster on every M-matrix tried.
+    within the time that the kernels of projected relaxation take to load; above, relaxation is faster on every
+    two-dimensional M-matrix tried. Along a line its sweeps grow with the number of nodes, and Clarabel's do not.
     """
     if problem.size <= _FEW_UNKNOWNS:
         return "clarabel", f"auto: {problem.size} unknowns are few"
     if not problem.is_m_matrix:
         return "clarabel", "auto: G is no M-matrix"
+    if problem.stiffness.nonzeros <= 3 * problem.size:
+        return "clarabel", f"auto: {problem.size} unknowns along a line"
     return "psor", f"auto: an M-matrix with {problem.size} unknowns"
 
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from .._checks import Vector, one_of
+from .._checks import Vector, one_of, positive_number
 from ..problem import ContactQP
 from ..progress import run_interruptibly
 from .base import Answer, Backend, Stop, Task
@@ -30,7 +30,7 @@ class Clarabel(Backend):
     name: ClassVar[str] = "clarabel"
     summary: ClassVar[str] = "interior point"
     package: ClassVar[str] = "clarabel"
-    reachable_tol: ClassVar[float | None] = 1e-11
+    reachable_tol: ClassVar[float | None] = 1e-10
 
     def solve(
         self,
@@ -60,6 +60,8 @@ class Clarabel(Backend):
         import clarabel
         from scipy import sparse
 
+        if eps is not None:
+            positive_number(eps, "eps")
         one_of(direct_solve_method, ("qdldl", "faer"), "direct_solve_method")
         budget = _MAX_ITER if task.max_iter is None else task.max_iter
         finest = 1e-15 if problem.size > _MANY else 1e-14
@@ -105,16 +107,21 @@ class Clarabel(Backend):
 
         started = time.perf_counter()
         done, setup_seconds = 0, 0.0
+        gap: Vector | None = None
+        least = np.inf
         for weight, tolerance in _ROUNDS:
             eps = first if tolerance is None else tolerance
             if tolerance is not None and eps >= first:
                 continue
             call = partial(work, weight, eps, min(budget - done, _ROUND_ITER))
-            gap, status, iterations, setup = run_interruptibly(call, task.progress, abandon)
+            candidate, status, iterations, setup = run_interruptibly(call, task.progress, abandon)
             done += iterations
             setup_seconds += setup
             stop = _STOPS.get(status, Stop.FAILED)
-            if task.accepts(gap):
+            bound = task.bound(candidate)
+            if gap is None or bound < least:
+                gap, least = candidate, bound
+            if least <= task.tol:
                 stop = Stop.DONE
                 break
             if stop in (Stop.FAILED, Stop.TIME_LIMIT):

@@ -23,7 +23,8 @@ class Mangasarian(Backend):
     r"""min cᵀω over the feasible set {ω ≥ 0, Gω + q ≥ 0}, for any c > 0.
 
     For a Z-matrix G that set has a least element, and it solves the complementarity problem; every positive cost
-    finds it. For other matrices the program has an optimum that solves nothing, so they are refused.
+    finds it. For other matrices the program has an optimum that solves nothing, so they are refused. After Ctrl-C the
+    call returns at once, but HiGHS, which cannot be told to stop, runs on in the background until it is done.
     """
 
     name: ClassVar[str] = "mangasarian"

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .._checks import Vector
+from .._checks import Vector, open_interval, positive_number
 from ..problem import ContactQP
 from ..progress import run_interruptibly
 from .base import Answer, Backend, Stop, Task
@@ -28,7 +28,7 @@ class Osqp(Backend):
     name: ClassVar[str] = "osqp"
     summary: ClassVar[str] = "operator splitting (ADMM)"
     package: ClassVar[str] = "osqp"
-    reachable_tol: ClassVar[float | None] = 1e-11
+    reachable_tol: ClassVar[float | None] = 1e-10
 
     def solve(
         self,
@@ -50,9 +50,11 @@ class Osqp(Backend):
         ----------
         problem, task
             See `Backend.solve`.
-        rho, alpha, sigma, scaling, adaptive_rho, check_termination, polishing
+        rho, alpha, sigma, scaling, adaptive_rho, check_termination
             OSQP's settings of the same names; the defaults are the fastest of those that
             ``benchmarks/backend_settings.py`` tried.
+        polishing : bool
+            Whether to polish from the second round on; of all rounds' answers the best is returned.
         eps : float, optional
             OSQP's first absolute and relative tolerance; by default ``tol``.
         """
@@ -66,13 +68,16 @@ class Osqp(Backend):
             "scaling": scaling,
             "adaptive_rho": int(adaptive_rho),
             "check_termination": check_termination,
-            "polishing": polishing,
+            "polishing": False,
             "verbose": False,
             # With G positive definite the program always has a solution: no test for the contrary may fire.
             "eps_prim_inf": _NEVER,
             "eps_dual_inf": _NEVER,
             "warm_starting": True,
         }
+        open_interval(alpha, 0.0, 2.0, "alpha")
+        for name, value in (("rho", rho), ("sigma", sigma), ("check_termination", check_termination)):
+            positive_number(value, name)
         budget = _MAX_ITER if task.max_iter is None else task.max_iter
         eps = task.tol if eps is None else eps
         given_up = False
@@ -106,7 +111,7 @@ class Osqp(Backend):
         solver = run_interruptibly(set_up, task.progress)
         setup_seconds = time.perf_counter() - started
         gap: Vector | None = None
-        done = 0
+        done, least = 0, np.inf
         status, stop = "time limit during set-up", Stop.TIME_LIMIT
         while task.seconds_left > 0:
             task.progress.update(f"{done} iterations")
@@ -115,9 +120,15 @@ class Osqp(Backend):
             status = result.info.status
             if status == "interrupted":
                 raise KeyboardInterrupt
-            gap = np.array(result.x) if status in _USABLE else gap
             stop = _STOPS.get(status, Stop.FAILED)
-            if stop is not Stop.DONE or (gap is not None and task.accepts(gap)):
+            touching = False
+            if status in _USABLE:
+                candidate = np.array(result.x)
+                bound = task.bound(candidate)
+                if gap is None or bound < least:
+                    gap, least = candidate, bound
+                touching = bool((np.array(result.y) < 0).any())
+            if stop is not Stop.DONE or least <= task.tol:
                 break
             if done >= budget:
                 stop = Stop.ITERATION_LIMIT
@@ -127,6 +138,8 @@ class Osqp(Backend):
                 stop = Stop.DONE
                 break
             eps = tighter
+            # OSQP writes to the terminal where it is asked to polish and nothing is in contact.
+            solver.update_settings(polishing=polishing and touching)
         return Answer(
             gap=gap,
             stop=stop,

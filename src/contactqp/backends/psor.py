@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from ..sor.sweepers import Sweeper
 
 _MAX_SWEEPS = 1_000_000
-_ROUNDING = 4 * np.finfo(float).eps
+_ROUNDING = 16 * np.finfo(float).eps
+_PATIENCE = 5
 _NODE_UPDATES_A_CALL = 20_000_000
 """Bounds the time between two looks at the clock and at the keyboard."""
 
@@ -30,7 +31,7 @@ class Psor(Backend):
     name: ClassVar[str] = "psor"
     summary: ClassVar[str] = "projected over-relaxation (own kernels)"
     package: ClassVar[str] = "numba"
-    reachable_tol: ClassVar[float | None] = 1e-11
+    reachable_tol: ClassVar[float | None] = 1e-10
     iteration_unit: ClassVar[str] = "sweep"
 
     def solve(
@@ -75,9 +76,12 @@ class Psor(Backend):
         small = task.tol * task.gap_scale
         if stopping_length is not None:
             small = positive_number(stopping_length, "stopping_length")
+            if stopping == "certified":
+                raise ValueError("stopping_length goes with stopping='step' or 'residual'; tol rules 'certified'")
         stencil = problem.stencil
-        if order == "red-black" and stencil is None:
-            raise ValueError("order='red-black' needs a Membrane or a Cable; a bare matrix has no colours")
+        on_net = stencil is not None and stencil.uniform
+        if order == "red-black" and not on_net:
+            raise ValueError("order='red-black' needs a Membrane or a Cable: a net of equal arms")
 
         started = time.perf_counter()
         sweeper: Sweeper
@@ -100,6 +104,7 @@ class Psor(Backend):
         one_by_one = history or adaptive is not None or stopping == "residual"
         records: list[tuple[float, float, float]] = []
         done, next_check = 0, 1
+        rounding, least, stalled = 0.0, np.inf, 0
         stop, why = Stop.ITERATION_LIMIT, "sweep limit"
         while done < budget:
             sweeps = 1 if one_by_one else min(at_once, budget - done)
@@ -124,7 +129,10 @@ class Psor(Backend):
                 if bound <= task.tol:
                     stop, why = Stop.DONE, f"certified bound {bound:.2g}"
                     break
-                if step <= _ROUNDING * task.largest_length(gap):
+                rounding = _ROUNDING * task.largest_length(gap) / (2 - beta)
+                stalled = stalled + 1 if step <= rounding and bound > 0.9 * least else 0
+                least = min(least, bound)
+                if stalled == _PATIENCE:
                     stop, why = Stop.DONE, "steps are rounding errors"
                     break
                 next_check = done + max(1, done // 20)
@@ -132,7 +140,7 @@ class Psor(Backend):
                 stop, why = Stop.TIME_LIMIT, "time limit"
                 break
             if adaptive:
-                adaptive.observe(step)
+                adaptive.observe(step, 8 * rounding)
                 beta = adaptive.beta
         names = ("step", "residual", "relaxation")
         columns = np.array(records).reshape(-1, 3).T

@@ -48,11 +48,14 @@ class AdaptiveRelaxation:
         self.beta = _FIRST
         self._steps: list[float] = []
 
-    def observe(self, step: float) -> None:
-        """Take note of the largest step of the sweep just done with `beta`."""
+    def observe(self, step: float, noise: float = 0.0) -> None:
+        """Take note of the largest step of the sweep just done with `beta`; below ``noise`` it says nothing."""
+        if step <= noise:
+            self._steps.clear()
+            return
         self._steps.append(step)
         window = max(_SHORTEST_WINDOW, round(1 / (2 - self.beta)))
-        if len(self._steps) < 2 * window + 1 or step <= 0:
+        if len(self._steps) < 2 * window + 1:
             return
         late = (step / self._steps[-1 - window]) ** (1 / window)
         early = (self._steps[-1 - window] / self._steps[-1 - 2 * window]) ** (1 / window)
