@@ -24,7 +24,8 @@ class Membrane(TensionedNet):
     load : number, array, xarray.DataArray or function of (x, y)
         Active pressure p, positive downwards, force per area.
     support : number, array, xarray.DataArray or function of (x, y)
-        Ordinate f of the rigid profile, positive downwards, length; ``inf`` where there is no support.
+        Ordinate f of the rigid profile, positive downwards, length; ``inf`` where there is no support (a huge number
+        in its place costs digits).
     frame_height : number, array or function of (x, y)
         Ordinate of the frame, positive downwards, length.
 

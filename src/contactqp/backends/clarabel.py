@@ -39,7 +39,7 @@ class Clarabel(Backend):
         *,
         direct_solve_method: Literal["qdldl", "faer"] = "qdldl",
         equilibrate_enable: bool = True,
-        static_regularization_constant: float = 1e-8,
+        static_regularization_constant: float = 1e-6,
         eps: float | None = None,
     ) -> Answer:
         """Solve by Clarabel.

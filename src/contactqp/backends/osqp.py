@@ -35,7 +35,7 @@ class Osqp(Backend):
         problem: ContactQP,
         task: Task,
         *,
-        rho: float = 0.03,
+        rho: float = 3.0,
         alpha: float = 1.8,
         sigma: float = 1e-6,
         scaling: int = 10,
@@ -54,13 +54,17 @@ class Osqp(Backend):
             OSQP's settings of the same names; the defaults are the fastest of those that
             ``benchmarks/backend_settings.py`` tried.
         polishing : bool
-            Whether to polish from the second round on; of all rounds' answers the best is returned.
+            Whether to polish from the second round on until it succeeds once; of all rounds' answers the best is
+            returned.
         eps : float, optional
-            OSQP's first absolute and relative tolerance; by default ``tol``.
+            OSQP's first absolute and relative tolerance; by default 100 ``tol``.
         """
         import osqp
         from scipy import sparse
 
+        open_interval(alpha, 0.0, 2.0, "alpha")
+        for name, value in (("rho", rho), ("sigma", sigma), ("check_termination", check_termination)):
+            positive_number(value, name)
         settings: dict[str, Any] = {
             "rho": rho,
             "alpha": alpha,
@@ -75,11 +79,8 @@ class Osqp(Backend):
             "eps_dual_inf": _NEVER,
             "warm_starting": True,
         }
-        open_interval(alpha, 0.0, 2.0, "alpha")
-        for name, value in (("rho", rho), ("sigma", sigma), ("check_termination", check_termination)):
-            positive_number(value, name)
         budget = _MAX_ITER if task.max_iter is None else task.max_iter
-        eps = task.tol if eps is None else eps
+        eps = 100 * task.tol if eps is None else positive_number(eps, "eps")
         given_up = False
 
         def set_up() -> Any:
@@ -111,7 +112,7 @@ class Osqp(Backend):
         solver = run_interruptibly(set_up, task.progress)
         setup_seconds = time.perf_counter() - started
         gap: Vector | None = None
-        done, least = 0, np.inf
+        done, least, polish_next = 0, np.inf, False
         status, stop = "time limit during set-up", Stop.TIME_LIMIT
         while task.seconds_left > 0:
             task.progress.update(f"{done} iterations")
@@ -121,13 +122,16 @@ class Osqp(Backend):
             if status == "interrupted":
                 raise KeyboardInterrupt
             stop = _STOPS.get(status, Stop.FAILED)
-            touching = False
             if status in _USABLE:
                 candidate = np.array(result.x)
                 bound = task.bound(candidate)
                 if gap is None or bound < least:
                     gap, least = candidate, bound
-                touching = bool((np.array(result.y) < 0).any())
+                # Asked to polish where nothing is in contact, OSQP writes to the terminal. A polish that succeeded and
+                # did not satisfy the judge got the contact set wrong in a few nodes; repeated, it would undo what the
+                # iteration mends.
+                polishing = polishing and result.info.status_polish != 1
+                polish_next = polishing and bool((np.array(result.y) < 0).any())
             if stop is not Stop.DONE or least <= task.tol:
                 break
             if done >= budget:
@@ -138,8 +142,7 @@ class Osqp(Backend):
                 stop = Stop.DONE
                 break
             eps = tighter
-            # OSQP writes to the terminal where it is asked to polish and nothing is in contact.
-            solver.update_settings(polishing=polishing and touching)
+            solver.update_settings(polishing=polish_next)
         return Answer(
             gap=gap,
             stop=stop,

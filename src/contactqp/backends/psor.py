@@ -96,51 +96,32 @@ class Psor(Backend):
             )
         else:
             sweeper = SparseSweeper(problem.stiffness, problem.q, problem.supported, start, task.length_unit)
-        arm_weight = _arm_weight(problem) if stopping == "residual" else 1.0
+        rule: _Rule
+        if stopping == "certified":
+            rule = _CertifiedRule(task)
+        else:
+            rule = _StepRule(small) if stopping == "step" else _ResidualRule(small, _arm_weight(problem))
         setup_seconds = time.perf_counter() - started
 
         budget = _MAX_SWEEPS if task.max_iter is None else task.max_iter
-        at_once = max(1, _NODE_UPDATES_A_CALL // problem.size)
-        one_by_one = history or adaptive is not None or stopping == "residual"
+        at_once = 1 if history or adaptive else max(1, _NODE_UPDATES_A_CALL // problem.size)
         records: list[tuple[float, float, float]] = []
-        done, next_check = 0, 1
-        rounding, least, stalled = 0.0, np.inf, 0
+        done = 0
         stop, why = Stop.ITERATION_LIMIT, "sweep limit"
         while done < budget:
-            sweeps = 1 if one_by_one else min(at_once, budget - done)
-            if stopping == "certified":
-                sweeps = min(sweeps, next_check - done)
-            count, step = sweeper.sweep(beta, sweeps, small if stopping == "step" else 0.0)
+            count, step = sweeper.sweep(beta, min(at_once, budget - done, rule.patience(done)), rule.small)
             done += count
             if history:
                 records.append((step, sweeper.residual(1.0), beta))
-            if stopping == "step" and step < small:
-                stop, why = Stop.DONE, f"step {step:.2g}"
+            reason = rule.satisfied(sweeper, done, step, beta)
+            if reason:
+                stop, why = Stop.DONE, reason
                 break
-            if stopping == "residual":
-                residual = sweeper.residual(arm_weight)
-                if residual < small:
-                    stop, why = Stop.DONE, f"residual {residual:.2g}"
-                    break
-            if stopping == "certified" and done >= next_check:
-                gap = sweeper.gap()
-                bound = task.bound(gap)
-                task.progress.update(f"{done} sweeps, bound {bound:.1e}")
-                if bound <= task.tol:
-                    stop, why = Stop.DONE, f"certified bound {bound:.2g}"
-                    break
-                rounding = _ROUNDING * task.largest_length(gap) / (2 - beta)
-                stalled = stalled + 1 if step <= rounding and bound > 0.9 * least else 0
-                least = min(least, bound)
-                if stalled == _PATIENCE:
-                    stop, why = Stop.DONE, "steps are rounding errors"
-                    break
-                next_check = done + max(1, done // 20)
             if task.seconds_left <= 0:
                 stop, why = Stop.TIME_LIMIT, "time limit"
                 break
             if adaptive:
-                adaptive.observe(step, 8 * rounding)
+                adaptive.observe(step, 8 * rule.rounding)
                 beta = adaptive.beta
         names = ("step", "residual", "relaxation")
         columns = np.array(records).reshape(-1, 3).T
@@ -153,6 +134,78 @@ class Psor(Backend):
             solve_seconds=time.perf_counter() - started - setup_seconds,
             history=dict(zip(names, columns, strict=True)) if history else {},
         )
+
+
+class _Rule:
+    """When to stop.
+
+    Attributes
+    ----------
+    small : float
+        Step (length) at which a call of several sweeps may end early.
+    rounding : float
+        Step (length) that is no more than rounding errors, as far as known.
+    """
+
+    small = 0.0
+    rounding = 0.0
+
+    def patience(self, done: int) -> int:
+        """Return how many sweeps may be done before the rule wants to look."""
+        return _MAX_SWEEPS
+
+    def satisfied(self, sweeper: Sweeper, done: int, step: float, beta: float) -> str | None:
+        """Return why to stop after ``done`` sweeps, the last with the largest step ``step``; None to go on."""
+        raise NotImplementedError
+
+
+class _StepRule(_Rule):
+    """The paper's first rule: the largest change of a sweep is small."""
+
+    def __init__(self, small: float) -> None:
+        self.small = small
+
+    def satisfied(self, sweeper: Sweeper, done: int, step: float, beta: float) -> str | None:
+        return f"step {step:.2g}" if step < self.small else None
+
+
+class _ResidualRule(_Rule):
+    """The second: max |min(ω_i, R_i/k)| after a sweep is small."""
+
+    def __init__(self, enough: float, arm_weight: float) -> None:
+        self._enough, self._arm_weight = enough, arm_weight
+
+    def patience(self, done: int) -> int:
+        return 1
+
+    def satisfied(self, sweeper: Sweeper, done: int, step: float, beta: float) -> str | None:
+        residual = sweeper.residual(self._arm_weight)
+        return f"residual {residual:.2g}" if residual < self._enough else None
+
+
+class _CertifiedRule(_Rule):
+    """The judge is satisfied; or steps are rounding errors and the bound falls no more."""
+
+    def __init__(self, task: Task) -> None:
+        self._task = task
+        self._next_check, self._least, self._stalled = 1, np.inf, 0
+
+    def patience(self, done: int) -> int:
+        return self._next_check - done
+
+    def satisfied(self, sweeper: Sweeper, done: int, step: float, beta: float) -> str | None:
+        if done < self._next_check:
+            return None
+        self._next_check = done + max(1, done // 20)
+        gap = sweeper.gap()
+        bound = self._task.bound(gap)
+        self._task.progress.update(f"{done} sweeps, bound {bound:.1e}")
+        if bound <= self._task.tol:
+            return f"certified bound {bound:.2g}"
+        self.rounding = _ROUNDING * self._task.largest_length(gap) / (2 - beta)
+        self._stalled = self._stalled + 1 if step <= self.rounding and bound > 0.9 * self._least else 0
+        self._least = min(self._least, bound)
+        return "steps are rounding errors" if self._stalled == _PATIENCE else None
 
 
 def _arm_weight(problem: ContactQP) -> float:
