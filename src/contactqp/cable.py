@@ -51,7 +51,6 @@ class Cable(TensionedNet):
     array([2, 3, 4, 5, 6, 7, 8])
     """
 
-    _tension_unit = "force"
     _load_unit = "force per length"
     _pressure_unit = "force per length"
 

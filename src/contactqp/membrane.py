@@ -46,7 +46,6 @@ class Membrane(TensionedNet):
     1
     """
 
-    _tension_unit = "force per length"
     _load_unit = "force per area"
     _pressure_unit = "force per area"
 

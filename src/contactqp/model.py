@@ -64,7 +64,6 @@ class TensionedNet:
         The stiffness G.
     """
 
-    _tension_unit: str
     _load_unit: str
     _pressure_unit: str
 

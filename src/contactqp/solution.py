@@ -37,7 +37,8 @@ class Solution:
     note : str
         Why ``"auto"`` chose it, and what the backend has to tell.
     gap : array, shape (n,)
-        The backend's ω (length), as it is; nan if it returned nothing. Where there is no support: minus the deflection.
+        The backend's ω (length), as it is; nan if it returned nothing. Where there is no support: the frame's mean
+        height less the deflection.
     tol : float
         The tolerance asked for, relative to ``problem.gap_scale``.
     status : Status
