@@ -44,7 +44,7 @@ VARIANTS: dict[str, list[dict[str, object]]] = {
     "mangasarian": [
         {},
         {"method": "highs-ipm"},
-        {"presolve": False},
+        {"presolve": True},
         {"cost": "barrier"},
         {"cost": "stiffness of the barrier"},
         {"cost": "random"},

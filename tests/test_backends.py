@@ -176,7 +176,7 @@ def test_bad_costs_say_what_is_wrong():
     ("name", "options"),
     [
         ("mangasarian", {"method": "highs-ipm"}),
-        ("mangasarian", {"presolve": False}),
+        ("mangasarian", {"presolve": True}),
         ("clarabel", {"direct_solve_method": "faer"}),
         ("osqp", {"polishing": False}),
         ("osqp", {"adaptive_rho": False, "rho": 0.1, "scaling": 0}),
