@@ -51,12 +51,12 @@ class Mangasarian(Backend):
             See `Backend.solve`; the warm start is not used.
         cost : array, shape (n,), optional
             Any positive vector c; ones by default. Ones, the barrier, its stiffness and random costs took the same time
-            within 12 % (``benchmarks/backend_settings.txt``).
+            within 3 % (``benchmarks/backend_settings.txt``).
         method : {"highs-ds", "highs-ipm"}
             HiGHS's dual simplex or interior-point method; on the hexagon and a bowl of 63² nodes the first took 0.4 to
             0.5 of the second's time.
         presolve : bool
-            Whether HiGHS simplifies the program first, which made it 9 to 20 % slower there.
+            Whether HiGHS simplifies the program first; it gained nothing there.
         eps : float
             HiGHS's primal and dual feasibility tolerance; 1e-10 is the tightest it takes.
         """
