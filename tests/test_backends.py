@@ -172,11 +172,18 @@ def test_bad_costs_say_what_is_wrong():
         cq.solve(PROBLEM, "mangasarian", method="simplex")
 
 
+def test_mangasarian_simplifies_where_highs_fails_without():
+    """Without presolve HiGHS gives up at once on 40,000 unknowns; then it is asked again, up to the limits."""
+    solution = cq.solve(cq.gallery.bowl(200), "mangasarian", time_limit=3.0, on_failure="ignore")
+    assert solution.status in (cq.Status.TIME_LIMIT, cq.Status.CERTIFIED)
+
+
 @pytest.mark.parametrize(
     ("name", "options"),
     [
         ("mangasarian", {"method": "highs-ipm"}),
         ("mangasarian", {"presolve": True}),
+        ("mangasarian", {"presolve": False}),
         ("clarabel", {"direct_solve_method": "faer"}),
         ("osqp", {"polishing": False}),
         ("osqp", {"adaptive_rho": False, "rho": 0.1, "scaling": 0}),
