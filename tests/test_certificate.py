@@ -169,6 +169,13 @@ def test_underflow_decides_nothing():
     assert free.lower[0] <= 0.0 <= free.upper[0]
 
 
+def test_subnormal_errors_are_covered():
+    matrix = np.diag([1.6286881624563463e103, 4.071720406140866e102])
+    q = [-5.246702801007557e-210, 1.8434837146242492e19]
+    certificate = cq.certify(cq.ContactQP(matrix, q), [3.2214287068e-313, 0.0])
+    assert Fraction(certificate.upper[0]) >= Fraction(5.246702801007557e-210) / Fraction(1.6286881624563463e103)
+
+
 def test_biactive_nodes_stay_undecided():
     """ω = R = 0 wherever f is the free membrane's own shape."""
     lattice = cq.Frame.rectangle(8, 8).lattice(1.0)

@@ -55,6 +55,17 @@ def test_a_shared_edge_is_no_wall():
     assert ((square - cq.Frame.disk(1)) | cq.Frame.disk(1)).lattice(0.5).size == square.lattice(0.5).size
 
 
+@pytest.mark.parametrize("width", [0.1, 0.3, 0.7, 1.1])
+def test_edges_that_meet_but_for_rounding_are_no_walls(width):
+    first, second, third = (
+        cq.Frame.rectangle(width, width, center=(width / 2 + k * width, width / 2)) for k in range(3)
+    )
+    joined = first | second | third
+    assert joined.lattice(width / 2).size == 5
+    assert joined.geometry.geom_type == "Polygon"
+    assert joined.area == pytest.approx(3 * width**2)
+
+
 @pytest.mark.parametrize("offset", [5e6, 1e8])
 def test_frames_far_from_the_origin(offset):
     """Map coordinates in metres: nodes on the contour still belong to the frame, and those inside are found."""

@@ -136,6 +136,19 @@ def test_a_support_out_of_reach_does_not_loosen_the_tolerance():
             assert solution.relative_bound > 1e-6
 
 
+@pytest.mark.parametrize("backend", ["osqp", "clarabel", "mangasarian", "psor"])
+def test_a_peg_under_a_point_load_does_not_loosen_the_tolerance(backend):
+    """The unsupported deflection would be millions of times the true one; the answer itself bounds the scale."""
+    lattice = cq.Frame.rectangle(40, 40).lattice(1.0)
+    middle = (lattice.node_x == 0) & (lattice.node_y == 0)
+    peg = cq.Membrane(lattice, 1.0, np.where(middle, 1e3, 0.0), np.where(middle, 1e-4, np.inf))
+    matrix = peg.problem.G.toarray()
+    exact = 1e-4 * np.linalg.solve(matrix, middle.astype(float)) / np.linalg.inv(matrix)[middle, middle]
+    solution = cq.solve(peg, backend, on_failure="ignore")
+    if solution.status == "certified":
+        np.testing.assert_allclose(solution.deflection, exact, atol=1e-5 * exact.max())
+
+
 def test_heavy_load_on_a_shallow_support_is_measured_by_the_support():
     assert cq.Membrane(LATTICE, 1.0, 1e3, 0.01).problem.gap_scale == pytest.approx(0.01)
     assert cq.Membrane(LATTICE, 1.0, 1e6, 0.0).problem.gap_scale == pytest.approx(1.0, rel=0.2)

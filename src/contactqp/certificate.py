@@ -124,15 +124,15 @@ def certify(problem: ContactQP, gap: ArrayLike) -> Certificate:
 
         slack = 4 * UNIT_ROUNDOFF
         upper = omega + raise_by * v
-        upper += slack * (np.abs(omega) + raise_by * v)
+        upper += slack * (np.abs(omega) + raise_by * v) + UNDERFLOW
         lower = omega - lower_by * v
-        lower -= slack * (np.abs(omega) + lower_by * v)
+        lower -= slack * (np.abs(omega) + lower_by * v) + UNDERFLOW
         np.maximum(lower, 0.0, out=lower, where=problem.supported)
         upper_reaction, upper_error = _enclosed_reaction(problem, upper)
         # The reaction with node i itself held at zero gap and all others as far away as they can be.
         held_shut = upper_reaction - problem.stiffness.diagonal() * upper
         contact = (held_shut > 2 * upper_error) & problem.supported
-        gap_bound = grow * np.maximum(upper - omega, omega - lower).max()
+        gap_bound = grow * np.maximum(upper - omega, omega - lower).max() + UNDERFLOW
     if not (np.isfinite(upper_reaction).all() and np.isfinite(upper_error).all() and np.isfinite(gap_bound)):
         return _know_nothing(problem, barrier.kind)
     return Certificate(lower, upper, float(gap_bound), contact, (lower > 0) | free, barrier.kind)
@@ -142,7 +142,7 @@ def _know_nothing(problem: ContactQP, barrier: str) -> Certificate:
     """Return the enclosure that always holds, for numbers whose bounds overflow."""
     nowhere = np.zeros(problem.size, dtype=np.bool_)
     lower = np.where(problem.supported, 0.0, -np.inf)
-    return Certificate(lower, np.full(problem.size, np.inf), np.inf, nowhere, nowhere, barrier)
+    return Certificate(lower, np.full(problem.size, np.inf), np.inf, nowhere, ~problem.supported, barrier)
 
 
 def _enclosed_reaction(problem: ContactQP, omega: Vector) -> tuple[Vector, Vector]:

@@ -200,7 +200,7 @@ class Frame:
         return Lattice(mask, spacing, (float(x[0]), float(y[0])))
 
     def __or__(self, other: Frame) -> Frame:
-        joined = self.geometry.union(other.geometry)
+        joined = _closed(self.geometry.union(other.geometry))
         in_joined = _polygon_predicate(joined)
 
         def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
@@ -227,6 +227,14 @@ class Frame:
 
     def __repr__(self) -> str:
         return f"Frame.{self._name}"
+
+
+def _closed(geometry: BaseGeometry) -> BaseGeometry:
+    """Close slits that are no wider than rounding, as between edges that were computed separately."""
+    left, bottom, right, top = geometry.bounds
+    extent, largest = max(right - left, top - bottom), float(np.abs(geometry.bounds).max())
+    width = max(_RELATIVE_TOLERANCE * extent, 8 * float(np.spacing(largest)))
+    return geometry.buffer(width, join_style="mitre").buffer(-width, join_style="mitre")
 
 
 def _polygon_predicate(geometry: BaseGeometry) -> _Inside:

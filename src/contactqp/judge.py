@@ -84,8 +84,8 @@ class Verdict:
     certificate : Certificate or None
         None if the answer is not a finite vector or the matrix is no M-matrix.
     relative_bound : float
-        The certified bound over the problem's gap scale; without a certificate the natural residual
-        over it; infinite where there is no answer.
+        The certified bound over the problem's gap scale (see `answer_scale`); without a certificate the natural
+        residual over it; infinite where there is no answer.
     """
 
     status: Status
@@ -118,11 +118,28 @@ def _inner(first: Vector, second: Vector) -> float:
     return float((first * second).sum())
 
 
+_LEAST_ANSWER = 1e-6
+
+
+def answer_scale(problem: ContactQP, gap: Vector, bound: float) -> float:
+    """Return the length that an error of at most ``bound`` is measured by: the gap scale, but not more than the answer.
+
+    max|w| less the bound is proven of the true deflection w = reference - ω (for a matrix, of the gap itself), so
+    that no overestimated gap scale lets a poor answer pass. Where the answer cannot be told from zero, a millionth of
+    the gap scale counts; where no force opens a gap, the solution is zero and the gap scale counts unabated.
+    """
+    scale = problem.gap_scale
+    if problem.shut:
+        return scale
+    size = float(np.abs(problem.reference - gap).max()) - bound
+    return max(min(scale, size), _LEAST_ANSWER * scale)
+
+
 def relative_bound(problem: ContactQP, gap: Vector) -> float:
     """Return the bound that the judge would find for a finite ``gap``, over the gap scale, and nothing else."""
-    if not problem.is_m_matrix:
-        return compute_residuals(problem, gap).natural_residual / problem.gap_scale
-    return certify(problem, gap).gap_bound / problem.gap_scale
+    certified = problem.is_m_matrix
+    bound = certify(problem, gap).gap_bound if certified else compute_residuals(problem, gap).natural_residual
+    return bound / answer_scale(problem, gap, bound)
 
 
 def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | None = None) -> Verdict:
@@ -152,6 +169,6 @@ def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | No
         error, good = certificate.gap_bound, Status.CERTIFIED
     else:
         error, good = residuals.natural_residual, Status.SOLVED
-    relative = error / problem.gap_scale
+    relative = error / answer_scale(problem, gap, error)
     status = good if relative <= tol else limit or Status.INACCURATE
     return Verdict(status, residuals, certificate, relative)

@@ -110,6 +110,7 @@ class TensionedNet:
         q = self.nodal_load - self.stencil.pull(self._padded(self.reference))
         problem = ContactQP(self.stencil, q, supported=self.supported)
         problem._gap_scale = self._gap_scale(problem.barrier)
+        problem.reference = self.reference - self._datum
         return problem
 
     def _padded(self, heights: Vector) -> Vector:

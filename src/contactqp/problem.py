@@ -61,6 +61,11 @@ class ContactQP:
     ValueError
         If G is not square, finite, symmetric and positive definite, or q has the wrong shape or is not finite.
 
+    Attributes
+    ----------
+    reference : array, shape (n,), or 0
+        Ordinates that a model measures the gap from: reference - ω is its deflection.
+
     Notes
     -----
     A stiffness given as a `Stencil` is assembled only when `G` is asked for.
@@ -98,6 +103,7 @@ class ContactQP:
         self.q: Vector = read_only(vector(q, self.stiffness.size, "q"))
         self.supported: Mask = read_only(_support_mask(supported, self.size))
         self._gap_scale = None if gap_scale is None else positive_number(gap_scale, "gap_scale")
+        self.reference: Vector | float = 0.0
 
     @property
     def size(self) -> int:
@@ -158,9 +164,7 @@ class ContactQP:
         """Length by which tolerances are measured, > 0 (see the class)."""
         if self._gap_scale is not None:
             return self._gap_scale
-        size = np.abs(self.q)
-        opening = np.where(self.supported, np.maximum(-self.q, 0.0), size)
-        for force in (opening, size):
+        for force in (self._opening_forces, np.abs(self.q)):
             if self.barrier is not None:
                 scale = self.barrier.mean_deflection(force)
             else:
@@ -170,6 +174,16 @@ class ContactQP:
             if scale > 0:
                 return scale
         return 1.0
+
+    @property
+    def _opening_forces(self) -> Vector:
+        """What of q opens gaps: max(0, -q), and |q| where there is no support."""
+        return np.where(self.supported, np.maximum(-self.q, 0.0), np.abs(self.q))
+
+    @property
+    def shut(self) -> bool:
+        """Whether no force opens a gap: then ω = 0 is the solution."""
+        return not self._opening_forces.any()
 
     def objective(self, gap: ArrayLike) -> float:
         """Return ½ωᵀGω + qᵀω (force times length): the potential energy less that of the shut gap."""
@@ -203,6 +217,7 @@ class ContactQP:
             raise ValueError("the ranges of G and q are too wide for double precision: the scaled problem overflows")
         problem.supported = self.supported
         problem._gap_scale = 1.0
+        problem.reference = self.reference / units.length
         problem.__dict__["positive_off_diagonal"] = self.positive_off_diagonal
         return problem, units
 

@@ -55,8 +55,9 @@ def solve(
     backend : str
         ``"auto"`` or a name in `backend_names`: ``"osqp"``, ``"clarabel"``, ``"mangasarian"``, ``"psor"``.
     tol : float
-        Wanted bound of max|ω_i - ω*_i| relative to ``problem.gap_scale``, in (0, 1); it means the same for
-        every backend, because the package certifies it itself.
+        Wanted bound of max|ω_i - ω*_i| relative to ``problem.gap_scale``, or to the answer's largest deflection (for a
+        matrix, gap) where that is smaller; in (0, 1). It means the same for every backend, because the package
+        certifies it itself.
     max_iter : int, optional
         Limit of the backend's iterations, >= 1.
     time_limit : float, optional

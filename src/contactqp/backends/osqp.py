@@ -131,7 +131,8 @@ class Osqp(Backend):
                 # did not satisfy the judge got the contact set wrong in a few nodes; repeated, it would undo what the
                 # iteration mends.
                 polishing = polishing and result.info.status_polish != 1
-                polish_next = polishing and bool((np.array(result.y) < 0).any())
+                pressed = np.array(result.y) < -1e-6 * np.abs(problem.q).max()
+                polish_next = polishing and bool((pressed & (candidate < 1e-6)).any())
             if stop is not Stop.DONE or least <= task.tol:
                 break
             if done >= budget:
