@@ -88,6 +88,7 @@ def test_pictures_show_themselves_in_a_notebook():
 def texts(figure):
     found = {text.get_text() for axes in figure.axes for text in [axes.title, *axes.texts]}
     legends = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+    legends += [legend for part in (figure, *figure.subfigs) for legend in part.legends]
     return found | {text.get_text() for legend in legends for text in legend.get_texts()}
 
 

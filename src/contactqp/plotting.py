@@ -91,9 +91,8 @@ def draw_contact_map(axes: Axes, solution: Solution) -> None:
         for k, (colour, label) in enumerate(zip((CLEAR, CONTACT, UNDECIDED), labels, strict=True))
         if k < 2 or (state == 2).any()
     ]
-    axes.legend(
-        handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3, frameon=False, fontsize="small"
-    )
+    figure: Any = axes.get_figure(root=False)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     axes.set(aspect="equal", xlabel="x", ylabel="y", title="Contact map")
     _tidy(axes)
 
