@@ -121,17 +121,17 @@ def _inner(first: Vector, second: Vector) -> float:
 _LEAST_ANSWER = 1e-6
 
 
-def answer_scale(problem: ContactQP, gap: Vector, bound: float) -> float:
-    """Return the length that an error of at most ``bound`` is measured by: the gap scale, but not more than the answer.
+def answer_scale(problem: ContactQP, gap: Vector) -> float:
+    """Return the length that the error of ``gap`` is measured by: the gap scale, but not more than the answer's own.
 
-    max|w| less the bound is proven of the true deflection w = reference - ω (for a matrix, of the gap itself), so
-    that no overestimated gap scale lets a poor answer pass. Where the answer cannot be told from zero, a millionth of
-    the gap scale counts; where no force opens a gap, the solution is zero and the gap scale counts unabated.
+    The answer's is max|w|, w = reference - ω (for a matrix, max|ω|). If the error is proven below tol times that, it
+    is the true solution's up to tol, so no overestimated gap scale lets a poor answer pass. Answers near zero
+    count as a millionth of the gap scale; where no force opens a gap, the gap scale counts unabated.
     """
     scale = problem.gap_scale
     if problem.shut:
         return scale
-    size = float(np.abs(problem.reference - gap).max()) - bound
+    size = float(np.abs(problem.reference - gap).max())
     return max(min(scale, size), _LEAST_ANSWER * scale)
 
 
@@ -139,7 +139,7 @@ def relative_bound(problem: ContactQP, gap: Vector) -> float:
     """Return the bound that the judge would find for a finite ``gap``, over the gap scale, and nothing else."""
     certified = problem.is_m_matrix
     bound = certify(problem, gap).gap_bound if certified else compute_residuals(problem, gap).natural_residual
-    return bound / answer_scale(problem, gap, bound)
+    return bound / answer_scale(problem, gap)
 
 
 def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | None = None) -> Verdict:
@@ -169,6 +169,6 @@ def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | No
         error, good = certificate.gap_bound, Status.CERTIFIED
     else:
         error, good = residuals.natural_residual, Status.SOLVED
-    relative = error / answer_scale(problem, gap, error)
+    relative = error / answer_scale(problem, gap)
     status = good if relative <= tol else limit or Status.INACCURATE
     return Verdict(status, residuals, certificate, relative)
