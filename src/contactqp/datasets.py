@@ -40,15 +40,14 @@ def solution_dataset(solution: Solution) -> xr.Dataset:
             "gap_upper": (_unlimited(certificate.upper, supported), "length", "certified upper bound of the gap"),
             "contact_state": (state, "1", "1 certainly in contact, 0 certainly clear, -1 undecided"),
         }
-    flat = model.stencil.vertical.ndim == 0 and not model.stencil.vertical
     variables = {}
     for name, (values, unit, long_name) in fields.items():
         grid = lattice.scatter(values)
-        dims, data = (("x",), grid[0]) if flat else (("y", "x"), grid)
+        dims, data = (("x",), grid[0]) if model.is_line else (("y", "x"), grid)
         variables[name] = (dims, data, {"units": unit, "long_name": long_name})
     length = {"units": "length"}
     coordinates = {"x": ("x", np.array(lattice.x), length)}
-    if not flat:
+    if not model.is_line:
         coordinates["y"] = ("y", np.array(lattice.y), length)
     attributes = {
         "model": repr(model),

@@ -171,6 +171,11 @@ class TensionedNet:
         return self._padded(self.deflection(gap))
 
     @property
+    def is_line(self) -> bool:
+        """Whether the net is one-dimensional: no vertical arm has any stiffness."""
+        return not self.stencil.vertical.any()
+
+    @property
     def units(self) -> dict[str, str]:
         """Units of the model's quantities in words, by name."""
         return {

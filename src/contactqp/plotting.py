@@ -27,15 +27,15 @@ def plot_solution(solution: Solution) -> Figure:
     if model is None:
         figure = _new_figure(7, 4.4)
         _draw_sorted_gap(figure.subplots(), solution)
-    elif is_line(model):
+    elif model.is_line:
         figure = _new_figure(9, 6)
-        draw_section(figure.subplots(3, 1, sharex=True, height_ratios=[3, 1.3, 1.3]), solution)
+        draw_section(_section_axes(figure), solution)
     else:
         height = float(np.clip(6.5 * model.lattice.shape[0] / model.lattice.shape[1], 3.6, 6.5))
         figure = _new_figure(12.5, height + 1.0)
         left, right = _two_halves(figure)
         draw_contact_map(left.subplots(), solution)
-        draw_section(right.subplots(3, 1, sharex=True, height_ratios=[3, 1.3, 1.3]), solution)
+        draw_section(_section_axes(right), solution)
     _head(figure, _headline(solution))
     return figure
 
@@ -49,8 +49,8 @@ def plot_comparison(comparison: Comparison) -> Figure:
     left, right = _two_halves(figure)
     if best.model is None:
         _draw_sorted_gap(left.subplots(), best)
-    elif is_line(best.model):
-        draw_section(left.subplots(3, 1, sharex=True, height_ratios=[3, 1.3, 1.3]), best)
+    elif best.model.is_line:
+        draw_section(_section_axes(left), best)
     else:
         axes = left.subplots()
         draw_contact_map(axes, best)
@@ -126,12 +126,12 @@ def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None)
     low, high = float(drawn.min()), float(drawn.max())
     margin = 0.12 * (high - low or 1.0)
     shape_axes.fill_between(lattice.x, support, high + margin, color=_GROUND, alpha=0.55, lw=0, label="support f")
-    shape_axes.plot(x, deflection, color=_BLUE, lw=1.8, label="membrane w" if not is_line(model) else "cable w")
+    shape_axes.plot(x, deflection, color=_BLUE, lw=1.8, label="membrane w" if not model.is_line else "cable w")
     touching = solution.contact[number]
     shape_axes.plot(node_x[touching], deflection[1:-1][nodes][touching], ".", color=CONTACT, ms=4, label="in contact")
     shape_axes.set_ylim(high + margin, low - margin)
     shape_axes.legend(loc="best", frameon=False, fontsize="small")
-    where = "" if is_line(model) else f" at y = {lattice.y[row]:g}"
+    where = "" if model.is_line else f" at y = {lattice.y[row]:g}"
     shape_axes.set(ylabel="ordinate, downwards", title=f"Section{where}")
     clearance = np.where(model.supported[number], solution.gap[number], np.nan)
     gap_axes.plot(node_x, clearance, ".-", color=INK, lw=1, ms=3)
@@ -142,11 +142,6 @@ def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None)
     force_axes.set(xlabel="x", ylabel="reaction R")
     for each in axes:
         _tidy(each)
-
-
-def is_line(model: TensionedNet) -> bool:
-    """Whether the model is one-dimensional."""
-    return model.stencil.vertical.ndim == 0 and not model.stencil.vertical
 
 
 def _states(solution: Solution) -> NDArray[np.int64]:
@@ -267,6 +262,12 @@ def _new_figure(width: float, height: float) -> Figure:
 def _head(figure: Figure, text: str) -> None:
     """Write a headline, with room below it that the titles of subfigures cannot take."""
     figure.suptitle(text + "\n", x=0.01, ha="left", fontsize="large", color=INK)
+
+
+def _section_axes(part: Figure | SubFigure) -> NDArray[Any]:
+    """Return the three panels that `draw_section` fills."""
+    axes: NDArray[Any] = part.subplots(3, 1, sharex=True, height_ratios=[3, 1.3, 1.3])
+    return axes
 
 
 def _two_halves(figure: Figure) -> tuple[SubFigure, SubFigure]:
