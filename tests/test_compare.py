@@ -41,7 +41,7 @@ def test_agreement_reads_well(agreeing):
     assert agreeing.agree
     assert agreeing.culprits == {}
     lines = text.splitlines()
-    assert lines[0].startswith("Membrane(1857 nodes, spacing=1, tension=1), tol 1e-06 of the gap scale 0.553")
+    assert lines[0].startswith("Membrane(1857 nodes, spacing=1, tension=1), tol 1e-06 of the gap scale 1.09")
     assert lines[2].split() == [
         "backend", "status", "iterations", "seconds", "bound/scale", "min", "gap", "min", "R", "gap·R", "contact",
         "undecided", "objective",

@@ -42,12 +42,12 @@ class Barrier:
     kind: str
 
     def mean_deflection(self, force: Vector) -> float:
-        """Return the mean over the unknowns of Ritz's approximation of G⁻¹ force by a multiple of v.
+        """Return an upper bound of the mean over the unknowns of G⁻¹ force, for a force >= 0.
 
-        The multiple that minimises the energy is (v · force)/(v · Gv). It is a scale, not a bound, and close to the
-        mean wherever v is close in shape to a deflection; a force on one node does not spoil it.
+        The mean is that of force · G⁻¹1, as G is symmetric, and G⁻¹1 <= v / min s because G(v / min s) >= 1. It is
+        exact where v is G⁻¹1, as the paraboloid is on a disk; a force on one node does not spoil it.
         """
-        return float(self.v.mean() * (self.v @ force) / (self.v @ self.s))
+        return float((self.v @ force) / (self.v.size * self.s.min()))
 
     @property
     def reach(self) -> float:

@@ -124,7 +124,7 @@ class TensionedNet:
         An error of the gap is one of the deflection w, so its scale is that of w. Above, w is bounded by the support
         and by the deflection without one; below, by that under suction alone and by the highest summit: of these
         bounds the mean is taken, ordinates being measured from the frame's mean height. The unsupported deflection is
-        estimated by Ritz's method from the barrier.
+        bounded by the barrier.
         """
         if barrier is None:
             return None

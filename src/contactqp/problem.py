@@ -51,7 +51,7 @@ class ContactQP:
         False where there is no support: there ω may take either sign, and R = 0. All True by default.
     gap_scale : float, optional
         Length by which tolerances are measured. By default the mean gap that the opening forces max(0, -q) (|q| where
-        there is no support) would leave, estimated from the `barrier` (see `Barrier.mean_deflection`): an M-matrix's
+        there is no support) would leave, bounded by the `barrier` (see `Barrier.mean_deflection`): an M-matrix's
         gap is at most G⁻¹ times them.
 
     Raises
