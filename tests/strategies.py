@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import contactqp as cq
 
-BACKENDS = ("osqp", "clarabel", "mangasarian", "psor")
+BACKENDS = ("osqp", "clarabel", "mangasarian", "psor", "multigrid", "active-set")
 
 
 @st.composite

@@ -60,7 +60,7 @@ def outsiders(monkeypatch):
 
 
 def test_names():
-    assert cq.backend_names()[:4] == list(BACKENDS)
+    assert cq.backend_names()[: len(BACKENDS)] == list(BACKENDS)
     for name in BACKENDS:
         backend = backends.get_backend(name)
         assert backend.name == name
@@ -138,7 +138,7 @@ def test_time_limits_are_kept_and_reported(name):
 def test_warm_starts_are_used(name):
     """From the solution of another backend both need fewer iterations than from zero."""
     model = cq.gallery.bowl(31)
-    exact = cq.solve(model, "clarabel", tol=1e-10)
+    exact = cq.solve(model, "clarabel", tol=1e-9)
     cold = cq.solve(model, name)
     warm = cq.solve(model, name, warm_start=exact.gap)
     assert warm.iterations < cold.iterations
@@ -201,7 +201,7 @@ def test_a_backends_claim_of_success_counts_for_nothing(outsiders):
 
 
 def test_outsiders_are_found_by_entry_point_and_judged_alike(outsiders):
-    assert cq.backend_names()[4:] == list(outsiders)
+    assert cq.backend_names()[len(BACKENDS) :] == list(outsiders)
     assert backends.get_backend("forger") is Forger
     with pytest.raises(cq.MissingBackendError, match="type: pip install a-package-that-is-not-installed"):
         cq.solve(PROBLEM, "missing")
@@ -253,7 +253,8 @@ def test_nothing_is_printed(name, capfd):
     checkered = cq.Membrane(square, 1.0, 100 * (-1.0) ** (square.node_x + square.node_y), 1e4)
     cq.solve(checkered, name, on_failure="ignore")
     for model in (cq.ContactQP([[2.0]], [-1.0]), cq.ContactQP([[2.0]], [1.0]), PROBLEM, cq.gallery.paper_hexagon()):
-        cq.solve(model, name, tol=1e-7)
+        if name in backends.suitable_backends(getattr(model, "problem", model)):
+            cq.solve(model, name, tol=1e-7)
     assert capfd.readouterr() == ("", "")
 
 
@@ -264,12 +265,14 @@ def test_bad_osqp_options_say_what_is_wrong(options):
 
 
 def test_auto_says_why():
-    line = cq.Cable(nodes=5000, spacing=1.0, tension=1.0, load=1e-5, support=5.0)
-    assert "along a line" in cq.solve(line, on_failure="ignore").note
-    small, large = cq.solve(PROBLEM), cq.solve(cq.gallery.bowl(127))
-    assert (small.backend, large.backend) == ("clarabel", "psor")
+    small, lattice = cq.solve(PROBLEM), cq.solve(cq.gallery.bowl(127))
+    assert (small.backend, lattice.backend) == ("active-set", "multigrid")
     assert "few" in small.note
-    assert "note        auto: an M-matrix with 16129 unknowns" in repr(large)
+    assert "note        auto: a lattice with 16129 nodes" in repr(lattice)
+    matrix = cq.solve(cq.ContactQP(cq.gallery.bowl(79).problem.G, cq.gallery.bowl(79).problem.q))
+    assert (matrix.backend, matrix.note) == ("active-set", "auto: an M-matrix with 6241 unknowns")
+    other = cq.solve(cq.ContactQP([[1.0, 0.5], [0.5, 1.0]], [-1.0, 1.0]))
+    assert (other.backend, other.note) == ("clarabel", "auto: G is no M-matrix")
 
 
 def test_importing_loads_no_solver_and_nothing_heavy():

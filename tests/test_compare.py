@@ -21,7 +21,7 @@ def test_the_table_as_data(agreeing):
     frame = agreeing.to_frame()
     assert list(frame.index) == list(BACKENDS)
     assert (frame["status"] == "certified").all()
-    assert frame["contact"].tolist() == [303] * 4
+    assert frame["contact"].tolist() == [303] * 6
     assert (frame["certain_contact"] + frame["certain_clear"] + frame["undecided"] == 1857).all()
     assert (frame["relative_bound"] <= 1e-6).all()
     assert frame["objective"].to_numpy() == pytest.approx(-141.6537778, abs=1e-5)
@@ -30,7 +30,7 @@ def test_the_table_as_data(agreeing):
 
 def test_the_pairs_as_data(agreeing):
     pairs = agreeing.pairs_frame()
-    assert len(pairs) == 6
+    assert len(pairs) == 15
     assert (pairs["contact_jaccard"] == 0).all()
     assert pairs["consistent"].all()
     assert pairs["gap_difference"].max() < 2e-6 * HEXAGON.problem.gap_scale
@@ -46,11 +46,11 @@ def test_agreement_reads_well(agreeing):
         "backend", "status", "iterations", "seconds", "bound/scale", "min", "gap", "min", "R", "gap·R", "contact",
         "undecided", "objective",
     ]  # fmt: skip
-    assert lines[-1].startswith("All 4 backends agree: certified, max gap difference ")
+    assert lines[-1].startswith("All 6 backends agree: certified, max gap difference ")
     assert lines[-1].endswith("the same contact set.")
     assert max(map(len, lines)) <= 132
     html = agreeing._repr_html_()
-    assert html.count("<tr>") == 5
+    assert html.count("<tr>") == 7
     assert "gap·R" in html
 
 
@@ -58,7 +58,7 @@ def test_json_can_be_read_back(agreeing):
     record = json.loads(agreeing.to_json())
     assert record["agree"] is True
     assert [row["backend"] for row in record["backends"]] == list(BACKENDS)
-    assert len(record["pairs"]) == 6
+    assert len(record["pairs"]) == 15
     assert record["pairs"][0]["differing_nodes"] == []
 
 
@@ -117,16 +117,17 @@ def test_enclosures_that_exclude_each_other_convict_the_odd_one_out(agreeing):
     solutions = agreeing.solutions | {"psor": replace(old, certificate=impossible)}
     wrong = Comparison(agreeing.problem, agreeing.subject, agreeing.tol, agreeing.rows, solutions)
     assert not wrong.agree
-    assert wrong.culprits == {"psor": "excludes the answers of 3 of 3 other backends"}
+    assert wrong.culprits == {"psor": "excludes the answers of 5 of 5 other backends"}
 
 
 def test_without_enclosures_agreement_rests_on_the_answers():
     problem = cq.ContactQP(np.array([[1.0, 2.0], [2.0, 5.0]]), [-1.0, -1.0])
-    comparison = cq.compare(problem)
+    comparison = cq.compare(problem, ["osqp", "clarabel", "psor", "mangasarian"])
     assert not comparison.agree
     assert list(comparison.culprits) == ["mangasarian"]
     assert "needs a Z-matrix" in comparison.culprits["mangasarian"]
-    others = cq.compare(problem, ["osqp", "clarabel", "psor"])
+    others = cq.compare(problem)
+    assert [row.backend for row in others.rows] == ["osqp", "clarabel", "psor"]
     assert others.agree
     assert "within tol by their residuals" in others.verdict()
 

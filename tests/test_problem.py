@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import sparse
-from strategies import m_matrices, problems
+from scipy import ndimage, sparse
+from strategies import lattice_masks, m_matrices, problems
 
 import contactqp as cq
 from contactqp import barrier as barriers
@@ -175,8 +175,22 @@ def test_the_barrier_of_a_lattice_is_exact_and_fits_its_shape(mask, kind):
     found = find_barrier(stencil)
     assert found is not None
     assert found.kind == kind
-    np.testing.assert_allclose(found.s, stencil.tocsr() @ found.v, rtol=1e-12)
+    product = stencil.tocsr() @ found.v
+    inside = ndimage.binary_erosion(mask)[mask]
+    assert found.v.min() > 0
+    assert 0 < found.s.min() <= found.s.max() <= product.min()
+    np.testing.assert_allclose(found.s[inside], product[inside], rtol=1e-12)
+    assert found.reach >= found.v.max() / found.s.min()
+
+
+@given(mask=lattice_masks(), across=st.floats(0, 3), along=st.floats(0.1, 3))
+def test_parabolas_are_barriers_on_any_lattice(mask, across, along):
+    stencil = Stencil(mask, across, along)
+    found = find_barrier(stencil)
+    assert found is not None
+    assert found.v.min() > 0
     assert found.s.min() > 0
+    assert (found.s <= stencil.tocsr() @ found.v * (1 + 1e-12)).all()
 
 
 def test_a_parabola_is_not_trusted_where_arms_vary():

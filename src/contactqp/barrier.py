@@ -7,13 +7,13 @@ elliptic problems call v a barrier function. Every bound of a `Certificate` is a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._checks import Vector
-from .rounding import UNDERFLOW, growth_bound
+from ._checks import Mask, Vector
+from .layout import Layout
+from .rounding import UNDERFLOW, UNIT_ROUNDOFF, growth_bound
 from .stencil import Stencil
 
 if TYPE_CHECKING:
@@ -23,11 +23,10 @@ _DIRECT_SIZE = 2000
 """Up to this many rows a factorisation is faster than conjugate gradients."""
 
 
-@dataclass(frozen=True)
 class Barrier:
     """A vector v > 0 and a proven lower bound s > 0 of G v.
 
-    Attributes
+    Parameters
     ----------
     v : array, shape (n,)
         The barrier.
@@ -37,9 +36,19 @@ class Barrier:
         How v was found: ``"paraboloid"``, ``"strip along x"``, ``"strip along y"`` or ``"linear solve"``.
     """
 
-    v: Vector
-    s: Vector
-    kind: str
+    def __init__(self, v: Vector, s: Vector, kind: str) -> None:
+        self.kind = kind
+        self._v, self._s = v, s
+
+    @property
+    def v(self) -> Vector:
+        """The barrier, shape (n,)."""
+        return self._v
+
+    @property
+    def s(self) -> Vector:
+        """Lower bound of G v, rounding errors included, shape (n,)."""
+        return self._s
 
     def mean_deflection(self, force: Vector) -> float:
         """Return an upper bound of the mean over the unknowns of G⁻¹ force, for a force >= 0.
@@ -47,7 +56,9 @@ class Barrier:
         The mean is that of force · G⁻¹1, as G is symmetric, and G⁻¹1 <= v / min s because G(v / min s) >= 1. It is
         exact where v is G⁻¹1, as the paraboloid is on a disk; a force on one node does not spoil it.
         """
-        return float((self.v @ force) / (self.v.size * self.s.min()))
+        v = self.v
+        with np.errstate(over="ignore"):
+            return float((v @ force) / (v.size * self.s.min()))
 
     @property
     def reach(self) -> float:
@@ -55,40 +66,117 @@ class Barrier:
         return float(self.v.max() / self.s.min())
 
 
+class Parabola(Barrier):
+    """A sum of parabolas along rows and columns, on a lattice whose arms are equal in each direction.
+
+    It is >= 0 on the frame, and has whole multiples of 1/4 as values, so that v and its differences are exact. Only
+    the two parabolas are kept.
+
+    Parameters
+    ----------
+    rows, columns : array, shape (rows + 2,) and (columns + 2,)
+        v = rows[i] + columns[j], counted from the ring about the layout.
+    least_s : float
+        Lower bound of G v: what the second differences give, without the positive share of the frame.
+    kind : str
+    layout : Layout
+    """
+
+    def __init__(self, rows: Vector, columns: Vector, least_s: float, kind: str, layout: Layout) -> None:
+        self.rows, self.columns, self.least_s, self.kind = rows, columns, least_s, kind
+        self._layout = layout
+
+    @property
+    def v(self) -> Vector:
+        """The barrier, shape (n,)."""
+        grid = self.rows[1:-1, None] + self.columns[None, 1:-1]
+        mask = self._layout.mask
+        return grid.ravel() if mask.all() else grid[mask]
+
+    @property
+    def s(self) -> Vector:
+        """Lower bound of G v, shape (n,), read-only: the same everywhere."""
+        return np.broadcast_to(self.least_s, (self._layout.size,))
+
+    @property
+    def reach(self) -> float:
+        """See `Barrier`; v is bounded by its maximum over the rectangle."""
+        return self.largest_v / self.least_s
+
+    @property
+    def largest_v(self) -> float:
+        """Upper bound of v."""
+        return float(self.rows.max() + self.columns.max())
+
+
 def find_barrier(stiffness: Stiffness) -> Barrier | None:
     """Return a barrier of a symmetric Z-matrix, or None where none is found (then G is no M-matrix).
 
-    On a lattice the candidates cost one pass each: a paraboloid about the middle of the nodes, and a
+    On a lattice the candidates cost one pass at most: a paraboloid about the middle of the nodes, and a
     parabola across them along x or y, each >= 0 on the frame; the one with the least `Barrier.reach` is
     taken. Otherwise v is found by a linear solve: with D = diag(G)^(-1/2), which takes out the units of the unknowns,
     D G D y = 1 and v = D y.
     """
     if isinstance(stiffness, Stencil):
-        candidates = [_checked(stiffness, v, kind) for kind, v in _parabolas(stiffness)]
-        good = [candidate for candidate in candidates if candidate is not None]
-        if good:
-            return min(good, key=lambda candidate: candidate.reach)
+        candidates: list[Barrier] = _parabolas(stiffness)
+        if not stiffness.uniform:
+            checked = [_checked(stiffness, parabola.v, parabola.kind) for parabola in candidates]
+            candidates = [candidate for candidate in checked if candidate is not None]
+        if candidates:
+            return min(candidates, key=lambda candidate: candidate.reach)
     return _solved(stiffness)
 
 
-def _parabolas(stencil: Stencil) -> list[tuple[str, Vector]]:
-    """Return concave functions that are >= 0 on the frame; whole numbers, so that they are exact."""
-    frame_rows, frame_columns = np.nonzero(stencil.frame_points())
-    rows, columns = np.nonzero(stencil.mask)
-    rows, columns = rows + 1, columns + 1
-    left, right = frame_columns.min(), frame_columns.max()
-    bottom, top = frame_rows.min(), frame_rows.max()
-    twice_row, twice_column = bottom + top, left + right
+def _parabolas(stencil: Stencil) -> list[Barrier]:
+    """Return the parabolas that are >= 0 on the frame and > 0 at the nodes.
 
-    def distance_squared(row: np.ndarray, column: np.ndarray) -> np.ndarray:
-        return np.asarray((2 * row - twice_row) ** 2 + (2 * column - twice_column) ** 2)
-
-    rim = distance_squared(frame_rows, frame_columns).max()
-    return [
-        ("paraboloid", (rim - distance_squared(rows, columns)) / 4.0),
-        ("strip along x", ((rows - bottom) * (top - rows)).astype(np.float64)),
-        ("strip along y", ((columns - left) * (right - columns)).astype(np.float64)),
+    The second difference of each is -2, so G v >= 2 x arm for equal arms. The rim of the paraboloid is the farthest
+    frame point; no node is as far from the middle, because farther out along its row or its column there is one.
+    """
+    layout = stencil.layout
+    mask = layout.mask
+    row, column = np.arange(-1.0, layout.rows + 1), np.arange(-1.0, layout.columns + 1)
+    across, along = (_least(arms) for arms in (stencil.horizontal, stencil.vertical))
+    reach_x, reach_y = (1.0 if arms.any() else 0.0 for arms in (stencil.horizontal, stencil.vertical))
+    left, right = -reach_x, layout.columns - 1 + reach_x
+    bottom, top = -reach_y, layout.rows - 1 + reach_y
+    twice_row, twice_column = 2 * row - (bottom + top), 2 * column - (left + right)
+    rim = _rim(mask, twice_row, twice_column, reach_x, reach_y)
+    flat_rows, flat_columns = np.zeros_like(row), np.zeros_like(column)
+    exact = 1 - 4 * UNIT_ROUNDOFF
+    found: list[Barrier] = [
+        Parabola(
+            (rim - twice_row**2) / 4, -(twice_column**2) / 4, exact * (2 * across + 2 * along), "paraboloid", layout
+        )
     ]
+    if reach_x:
+        across_strip = (column - left) * (right - column)
+        found.append(Parabola(flat_rows, across_strip, exact * 2 * across, "strip along y", layout))
+    if reach_y:
+        found.append(Parabola((row - bottom) * (top - row), flat_columns, exact * 2 * along, "strip along x", layout))
+    return [parabola for parabola in found if not stencil.uniform or parabola.s[0] > 0]
+
+
+def _least(arms: Vector) -> float:
+    return float(arms) if arms.ndim == 0 else 1.0
+
+
+def _rim(mask: Mask, twice_row: Vector, twice_column: Vector, reach_x: float, reach_y: float) -> float:
+    """Return the largest squared distance from the middle, doubled, of a frame point that a node is joined to."""
+    rim = 0.0
+    for points, own, other, reach in (
+        (mask, twice_row, twice_column, reach_x),
+        (mask.T, twice_column, twice_row, reach_y),
+    ):
+        if not reach:
+            continue
+        lines = np.flatnonzero(points.any(axis=1))
+        first = points[lines].argmax(axis=1)
+        last = points.shape[1] - 1 - points[lines, ::-1].argmax(axis=1)
+        # Offset 1 for the ring; the frame point lies one beyond the outermost node.
+        for end in (first, last + 2):
+            rim = max(rim, float((own[lines + 1] ** 2 + other[end] ** 2).max()))
+    return rim
 
 
 def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:

@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 
 from ._checks import Mask, Vector, vector
 from .errors import UnsuitableProblemError
+from .lattice_bounds import LatticeBounds, parabola_of
 from .problem import ContactQP
-from .rounding import UNDERFLOW, UNIT_ROUNDOFF, growth_bound
+from .rounding import DIFFERENCES, UNDERFLOW, UNIT_ROUNDOFF, gamma, growth_bound
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,8 @@ def certify(problem: ContactQP, gap: ArrayLike) -> Certificate:
     At a node without support ω_i/v_i counts as +∞ in both formulas.
 
     Every computed quantity is widened by a bound of its rounding error (Higham 2002, ch. 3), so that the
-    statement holds for the exact solution of the problem whose G and q are the stored doubles.
+    statement holds for the exact solution of the problem whose G and q are the stored doubles; on a lattice G consists
+    of the exact sums of its arms.
 
     Parameters
     ----------
@@ -112,6 +114,9 @@ def certify(problem: ContactQP, gap: ArrayLike) -> Certificate:
             f"no enclosure is known for {problem!r}: its matrix is not verifiably an M-matrix; rely on the residuals"
         )
     omega = vector(gap, problem.size, "gap")
+    parabola = parabola_of(problem)
+    if parabola is not None:
+        return certificate_of(LatticeBounds(problem, parabola, omega))
     v, s, free = barrier.v, barrier.s, ~problem.supported
 
     with np.errstate(over="ignore", invalid="ignore"):
@@ -130,12 +135,22 @@ def certify(problem: ContactQP, gap: ArrayLike) -> Certificate:
         np.maximum(lower, 0.0, out=lower, where=problem.supported)
         upper_reaction, upper_error = _enclosed_reaction(problem, upper)
         # The reaction with node i itself held at zero gap and all others as far away as they can be.
-        held_shut = upper_reaction - problem.stiffness.diagonal() * upper
-        contact = (held_shut > 2 * upper_error) & problem.supported
+        own = problem.stiffness.diagonal() * upper
+        held_shut = upper_reaction - own
+        contact = (held_shut > 2 * upper_error + gamma(DIFFERENCES) * np.abs(own)) & problem.supported
         gap_bound = grow * np.maximum(upper - omega, omega - lower).max() + UNDERFLOW
     if not (np.isfinite(upper_reaction).all() and np.isfinite(upper_error).all() and np.isfinite(gap_bound)):
         return _know_nothing(problem, barrier.kind)
     return Certificate(lower, upper, float(gap_bound), contact, (lower > 0) | free, barrier.kind)
+
+
+def certificate_of(bounds: LatticeBounds) -> Certificate:
+    """Return the certificate of an answer on a large lattice that has been measured already."""
+    found = bounds.enclosure()
+    if found is None:
+        return _know_nothing(bounds.problem, bounds.barrier.kind)
+    lower, upper, contact, clear, gap_bound = found
+    return Certificate(lower, upper, gap_bound, contact, clear, bounds.barrier.kind)
 
 
 def _know_nothing(problem: ContactQP, barrier: str) -> Certificate:
@@ -147,14 +162,20 @@ def _know_nothing(problem: ContactQP, barrier: str) -> Certificate:
 
 def _enclosed_reaction(problem: ContactQP, omega: Vector) -> tuple[Vector, Vector]:
     """Return R = Gω + q as computed, and a bound of its rounding error."""
-    reaction = problem.stiffness.matvec(omega)
-    magnitude = np.abs(omega)
-    # |G| |ω| of a Z-matrix, without a second matrix: twice the diagonal part less G |ω|.
-    bound = 2 * problem.stiffness.diagonal() * magnitude - (
-        reaction if omega.min() >= 0 else problem.stiffness.matvec(magnitude)
-    )
-    reaction = reaction + problem.q
-    bound += np.abs(problem.q)
-    bound *= growth_bound(problem.stiffness)
+    stencil = problem.stencil
+    if stencil is not None:
+        # Differences of neighbours keep the digits that a product with the diagonal would lose.
+        reaction, bound = stencil.pull_and_magnitude(stencil.pad(omega))
+        bound += np.abs(problem.q)
+        bound *= gamma(DIFFERENCES)
+    else:
+        reaction = problem.stiffness.matvec(omega)
+        magnitude = np.abs(omega)
+        # |G| |ω| of a Z-matrix, without a second matrix: twice the diagonal part less G |ω|.
+        bound = 2 * problem.stiffness.diagonal() * magnitude - (
+            reaction if omega.min() >= 0 else problem.stiffness.matvec(magnitude)
+        )
+        bound += np.abs(problem.q)
+        bound *= growth_bound(problem.stiffness)
     bound += UNDERFLOW
-    return reaction, bound
+    return reaction + problem.q, bound

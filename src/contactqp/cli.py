@@ -31,7 +31,7 @@ Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .s
 @app.command()
 def compare(
     case: Case,
-    backends: Annotated[str, typer.Option(help="Names, separated by commas.")] = "osqp,clarabel,mangasarian,psor",
+    backends: Annotated[str | None, typer.Option(help="Names, separated by commas; by default all that suit.")] = None,
     tol: Tol = 1e-6,
     time_limit: TimeLimit = None,
     plot: Plot = None,
@@ -50,7 +50,7 @@ def compare(
     with _bad_input():
         _check_folders(plot, json)
         model = load_case(case)
-        names = [name.strip() for name in backends.split(",") if name.strip()]
+        names = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
         comparison = compare_backends(model, names, tol=tol, time_limit=time_limit)
         print_comparison(comparison, title=case.name)
         if json is not None:

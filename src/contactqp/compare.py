@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ._checks import integer_at_least, open_interval, positive_number
-from .backends import choose_backend, get_backend
+from .backends import choose_backend, get_backend, suitable_backends
 from .errors import MissingBackendError, UnsuitableProblemError
 from .judge import Status
 from .model import TensionedNet
@@ -24,8 +24,6 @@ from .solve import solve
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-
-STANDARD_BACKENDS = ("osqp", "clarabel", "mangasarian", "psor")
 
 UNPROVEN_AGREEMENT = 100.0
 """Without enclosures two answers agree if they differ by at most this times tol times the gap scale."""
@@ -268,7 +266,7 @@ class Comparison:
 
 def compare(
     problem: ContactQP | TensionedNet,
-    backends: Sequence[str] = STANDARD_BACKENDS,
+    backends: Sequence[str] | None = None,
     *,
     tol: float = 1e-6,
     max_iter: int | None = None,
@@ -283,8 +281,8 @@ def compare(
     ----------
     problem : Membrane, Cable or ContactQP
         What to solve.
-    backends : sequence of str
-        Names, see `backend_names`.
+    backends : sequence of str, optional
+        Names, see `backend_names`; by default the package's own whose methods suit the problem.
     tol : float
         As for `solve`, for every backend.
     max_iter : int, optional
@@ -316,21 +314,21 @@ def compare(
     """
     if isinstance(backends, str):
         raise TypeError(f"backends must be a sequence of names, got the string {backends!r}; write [{backends!r}]")
-    names = list(backends)
+    if not isinstance(problem, (ContactQP, TensionedNet)):
+        raise TypeError(f"problem must be a Membrane, a Cable or a ContactQP, got {type(problem).__name__}")
+    algebra = problem.problem if isinstance(problem, TensionedNet) else problem
+    names = suitable_backends(algebra) if backends is None else list(backends)
     if len(set(names)) != len(names):
         raise ValueError(f"backends must not repeat, got {names}")
     options = dict(options or {})
     stray = sorted(set(options) - set(names))
     if stray:
         raise ValueError(f"options name {', '.join(map(repr, stray))}, which is not among the backends {names}")
-    if not isinstance(problem, (ContactQP, TensionedNet)):
-        raise TypeError(f"problem must be a Membrane, a Cable or a ContactQP, got {type(problem).__name__}")
     tol = open_interval(tol, 0.0, 1.0, "tol")
     if max_iter is not None:
         max_iter = integer_at_least(max_iter, 1, "max_iter")
     if time_limit is not None:
         time_limit = positive_number(time_limit, "time_limit")
-    algebra = problem.problem if isinstance(problem, TensionedNet) else problem
     for name in names:
         chosen = choose_backend(algebra)[0] if name == "auto" else name
         get_backend(chosen).check_options(options.get(name, {}))

@@ -64,6 +64,37 @@ def _dented_bowl(x: Vector, y: Vector) -> Vector:
     return np.asarray(0.15 + 0.3 * ((x - 0.5) ** 2 + (y - 0.45) ** 2) + dents)
 
 
+def spiral(nodes: int) -> Membrane:
+    """Return an unloaded membrane hung over a spiral ridge, whose contact set is as long as the lattice lets it be.
+
+    Gräser and Kornhuber, *Multigrid methods for obstacle problems*, J. Comput. Math. 27 (2009), section 7: on (-1, 1)²
+    above ψ = sin(2π/r + π/2 - θ) + r(r + 1)/(r - 2) - 3r + 3.6, ψ(0) = 3.6. Here heights are
+    deflections downwards: f = -ψ.
+
+    Parameters
+    ----------
+    nodes : int
+        Nodes along each side.
+
+    Examples
+    --------
+    >>> float(spiral(3).support.min())
+    -3.6
+    """
+    nodes = integer_at_least(nodes, 1, "nodes")
+    lattice = Frame.rectangle(2.0, 2.0).lattice(spacing=2 / (nodes + 1))
+    return Membrane(lattice, tension=1.0, load=0.0, support=_spiral_support)
+
+
+def _spiral_support(x: Vector, y: Vector) -> Vector:
+    r, angle = np.hypot(x, y), np.arctan2(y, x)
+    summit = r == 0
+    r[summit] = 1.0
+    height = np.sin(2 * np.pi / r + np.pi / 2 - angle) + r * (r + 1) / (r - 2) - 3 * r + 3.6
+    height[summit] = 3.6
+    return np.asarray(-height)
+
+
 def ball(nodes: int) -> tuple[Membrane, Vector]:
     """Return a membrane hung over a ball, and its exact continuous deflection at the nodes.
 

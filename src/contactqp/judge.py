@@ -8,7 +8,8 @@ from enum import StrEnum
 import numpy as np
 
 from ._checks import Vector
-from .certificate import Certificate, certify
+from .certificate import Certificate, certificate_of, certify
+from .lattice_bounds import LatticeBounds, parabola_of
 from .problem import ContactQP
 
 
@@ -96,6 +97,9 @@ class Verdict:
 
 def compute_residuals(problem: ContactQP, gap: Vector) -> Residuals:
     """Return the `Residuals` of ``gap``, a finite vector of the problem's size."""
+    parabola = parabola_of(problem)
+    if parabola is not None:
+        return _residuals_of(LatticeBounds(problem, parabola, gap))
     product = problem.stiffness.matvec(gap)
     reaction = product + problem.q
     return Residuals(
@@ -104,6 +108,16 @@ def compute_residuals(problem: ContactQP, gap: Vector) -> Residuals:
         complementarity=_inner(gap, reaction),
         natural_residual=float(np.abs(natural_map(problem, gap, reaction)).max()),
         objective=_inner(gap, 0.5 * product + problem.q),
+    )
+
+
+def _residuals_of(bounds: LatticeBounds) -> Residuals:
+    return Residuals(
+        min_gap=bounds.least_gap,
+        min_reaction=bounds.least_reaction,
+        complementarity=bounds.complementarity,
+        natural_residual=bounds.natural_residual,
+        objective=bounds.objective,
     )
 
 
@@ -128,15 +142,20 @@ def answer_scale(problem: ContactQP, gap: Vector) -> float:
     is the true solution's up to tol, so no overestimated gap scale lets a poor answer pass. Answers near zero
     count as a millionth of the gap scale; where no force opens a gap, the gap scale counts unabated.
     """
+    return _measured_scale(problem, float(np.abs(problem.reference - gap).max()))
+
+
+def _measured_scale(problem: ContactQP, largest_deflection: float) -> float:
     scale = problem.gap_scale
-    if problem.shut:
-        return scale
-    size = float(np.abs(problem.reference - gap).max())
-    return max(min(scale, size), _LEAST_ANSWER * scale)
+    return scale if problem.shut else max(min(scale, largest_deflection), _LEAST_ANSWER * scale)
 
 
 def relative_bound(problem: ContactQP, gap: Vector) -> float:
-    """Return the bound that the judge would find for a finite ``gap``, over the gap scale, and nothing else."""
+    """Return the bound that the judge would find for a finite ``gap``, or a little more, over the gap scale."""
+    parabola = parabola_of(problem)
+    if parabola is not None:
+        bounds = LatticeBounds(problem, parabola, gap)
+        return bounds.gap_bound / _measured_scale(problem, bounds.largest_deflection)
     certified = problem.is_m_matrix
     bound = certify(problem, gap).gap_bound if certified else compute_residuals(problem, gap).natural_residual
     return bound / answer_scale(problem, gap)
@@ -162,6 +181,9 @@ def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | No
     """
     if gap is None or gap.shape != (problem.size,) or not np.isfinite(gap).all():
         return Verdict(limit or Status.FAILED, None, None, np.inf)
+    parabola = parabola_of(problem)
+    if parabola is not None:
+        return _judge_on_lattice(LatticeBounds(problem, parabola, gap), tol, limit)
     residuals = compute_residuals(problem, gap)
     certificate = None
     if problem.is_m_matrix:
@@ -172,3 +194,10 @@ def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | No
     relative = error / answer_scale(problem, gap)
     status = good if relative <= tol else limit or Status.INACCURATE
     return Verdict(status, residuals, certificate, relative)
+
+
+def _judge_on_lattice(bounds: LatticeBounds, tol: float, limit: Status | None) -> Verdict:
+    certificate = certificate_of(bounds)
+    relative = certificate.gap_bound / _measured_scale(bounds.problem, bounds.largest_deflection)
+    status = Status.CERTIFIED if relative <= tol else limit or Status.INACCURATE
+    return Verdict(status, _residuals_of(bounds), certificate, relative)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ._checks import Mask, Vector, positive_number, read_only, vector
 from .barrier import Barrier, find_barrier
+from .layout import Layout, bounding_box
 from .stencil import Stencil
 from .stiffness import SparseStiffness, checked_matrix, refuse_indefinite, weakly_dominant
 
@@ -123,6 +124,24 @@ class ContactQP:
         return self.stiffness if isinstance(self.stiffness, Stencil) else None
 
     @cached_property
+    def layout(self) -> Layout:
+        """The lattice's nodes along its rows, apart with and without a support.
+
+        Raises
+        ------
+        AttributeError
+            If G was given as a matrix.
+        """
+        stencil = self.stencil
+        if stencil is None:
+            raise AttributeError("layout needs a problem on a lattice; this one's G is a matrix")
+        if self.supported.all():
+            return stencil.layout
+        supported = np.zeros(stencil.mask.shape, dtype=np.bool_)
+        supported[stencil.mask] = self.supported
+        return Layout(stencil.layout.mask, np.ascontiguousarray(supported[bounding_box(stencil.mask)]))
+
+    @cached_property
     def positive_off_diagonal(self) -> tuple[int, int, float] | None:
         """Row, column and value of the largest positive off-diagonal entry, or None for a Z-matrix."""
         if isinstance(self.stiffness, Stencil):
@@ -180,10 +199,12 @@ class ContactQP:
         """What of q opens gaps: max(0, -q), and |q| where there is no support."""
         return np.where(self.supported, np.maximum(-self.q, 0.0), np.abs(self.q))
 
-    @property
+    @cached_property
     def shut(self) -> bool:
         """Whether no force opens a gap: then ω = 0 is the solution."""
-        return not self._opening_forces.any()
+        if (self.q < 0).any():
+            return False
+        return bool(self.supported.all()) or not self.q[~self.supported].any()
 
     def objective(self, gap: ArrayLike) -> float:
         """Return ½ωᵀGω + qᵀω (force times length): the potential energy less that of the shut gap."""
@@ -201,23 +222,27 @@ class ContactQP:
         Its solution times ``units.length`` is this problem's. The largest diagonal entry is 1, and the gap scale; a
         matrix gets a diagonal of ones, by a unit of length for each unknown, which keeps it symmetric and its signs.
         """
-        diagonal = self.stiffness.diagonal()
-        largest = float(diagonal.max())
         problem = ContactQP.__new__(ContactQP)
         units: Units
-        if isinstance(self.stiffness, SparseStiffness):
-            relative = np.sqrt(largest / diagonal)
-            problem.stiffness = self.stiffness.balanced(relative / np.sqrt(largest))
-            units = Units(self.gap_scale * relative, self.gap_scale * largest / relative)
-        else:
-            problem.stiffness = self.stiffness.scaled(1 / largest)
-            units = Units(self.gap_scale, self.gap_scale * largest)
-        problem.q = read_only(self.q / units.force)
-        if not (np.isfinite(problem.q).all() and np.isfinite(problem.stiffness.diagonal()).all()):
+        with np.errstate(over="ignore"):
+            if isinstance(self.stiffness, SparseStiffness):
+                diagonal = self.stiffness.diagonal()
+                largest = float(diagonal.max())
+                relative = np.sqrt(largest / diagonal)
+                problem.stiffness = self.stiffness.balanced(relative / np.sqrt(largest))
+                units = Units(self.gap_scale * relative, self.gap_scale * largest / relative)
+            else:
+                largest = self.stiffness.largest_diagonal
+                problem.stiffness = self.stiffness.scaled(1 / largest)
+                units = Units(self.gap_scale, self.gap_scale * largest)
+            problem.q = read_only(self.q / units.force)
+        if not (np.isfinite(problem.q).all() and problem.stiffness.finite):
             raise ValueError("the ranges of G and q are too wide for double precision: the scaled problem overflows")
         problem.supported = self.supported
         problem._gap_scale = 1.0
         problem.reference = self.reference / units.length
+        if self.stencil is not None:
+            problem.__dict__["layout"] = self.layout
         problem.__dict__["positive_off_diagonal"] = self.positive_off_diagonal
         return problem, units
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from threading import Thread
+from contextlib import contextmanager
+from threading import Thread, Timer
 from types import TracebackType
 from typing import TYPE_CHECKING, TypeVar
 
@@ -102,6 +103,23 @@ def run_interruptibly(
         if abandon is not None:
             abandon()
         raise
+
+
+@contextmanager
+def compiling(kernels: str) -> Iterator[None]:
+    """Announce on a terminal that kernels are being compiled, if what is done inside takes over a second."""
+    import numba  # noqa: F401  (its own loading is not compiling)
+
+    def announce() -> None:
+        sys.stderr.write(f"contactqp: compiling the kernels of {kernels}, once on this machine\n")
+
+    timer = Timer(_PATIENCE, announce)
+    if sys.stderr.isatty():
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def silent() -> Progress:

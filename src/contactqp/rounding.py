@@ -15,6 +15,14 @@ UNDERFLOW = 1e-300
 """Added to every error bound: more than what gradual underflow can take from a short sum of products."""
 
 
+DIFFERENCES = 12
+"""Operations by which the reaction of a lattice's node, and the bound of its error, are formed from differences.
+
+Each of the four differences is rounded once, multiplied by its arm, and added to the others and to q: five roundings
+in a chain (Higham 2002, lemma 3.1); as many for the bound, and two to spare.
+"""
+
+
 def gamma(operations: int) -> float:
     """Return gamma_k = k u / (1 - k u), Higham (2002), lemma 3.1."""
     error = operations * UNIT_ROUNDOFF

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import Mask, Vector, read_only, real_array
+from .layout import Layout, bounding_box
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -52,7 +53,7 @@ class Stencil:
         rows, columns = self.mask.shape
         self.horizontal = _arms(horizontal, (rows, columns + 1), "horizontal")
         self.vertical = _arms(vertical, (rows + 1, columns), "vertical")
-        if not self.diagonal().min() > 0:
+        if not self._least_diagonal() > 0:
             raise ValueError("every node needs at least one arm of positive stiffness")
         if not self.uniform and not (self.horizontal.all() and self.vertical.all()):
             self._refuse_floating_parts()
@@ -73,17 +74,41 @@ class Stencil:
         west, south = self._node_arms()
         return self.size + 2 * (int(np.count_nonzero(west)) + int(np.count_nonzero(south)))
 
+    @cached_property
+    def layout(self) -> Layout:
+        """The nodes within the smallest rectangle that holds them, for passes along its rows."""
+        return Layout(np.ascontiguousarray(self.mask[bounding_box(self.mask)]))
+
+    @property
+    def largest_diagonal(self) -> float:
+        """Largest diagonal entry of G."""
+        return self._joined_arms() if self.uniform else float(self.diagonal().max())
+
+    @property
+    def finite(self) -> bool:
+        """Whether all entries of G are finite."""
+        return bool(np.isfinite(self.largest_diagonal))
+
     def scaled(self, factor: float) -> Stencil:
         """Return the stencil whose arms are all ``factor`` times as stiff."""
-        return Stencil(self.mask, self.horizontal * factor, self.vertical * factor)
+        scaled = Stencil(self.mask, self.horizontal * factor, self.vertical * factor)
+        if "layout" in self.__dict__:
+            scaled.__dict__["layout"] = self.layout
+        return scaled
 
     def diagonal(self) -> Vector:
         """Return the diagonal of G, shape (size,), force per length."""
+        if self.uniform:
+            return np.full(self.size, self._joined_arms())
         west, east, south, north = self._weights()
-        total = (west + east) + (south + north)
-        if np.ndim(total) == 0:
-            return np.full(int(np.count_nonzero(self.mask)), float(total))
-        return np.asarray(np.broadcast_to(total, self.mask.shape)[self.mask])
+        return np.asarray(np.broadcast_to((west + east) + (south + north), self.mask.shape)[self.mask])
+
+    def _joined_arms(self) -> float:
+        """Return the stiffness of four equal arms together."""
+        return float((self.horizontal + self.horizontal) + (self.vertical + self.vertical))
+
+    def _least_diagonal(self) -> float:
+        return self._joined_arms() if self.uniform else float(self.diagonal().min())
 
     def matvec(self, vector: Vector) -> Vector:
         """Return G times a vector in node order, shape (size,)."""
@@ -116,6 +141,20 @@ class Stencil:
         force = west * (own - height[1:-1, :-2]) + east * (own - height[1:-1, 2:])
         force = force + (south * (own - height[:-2, 1:-1]) + north * (own - height[2:, 1:-1]))
         return np.asarray(force[self.mask])
+
+    def pull_and_magnitude(self, height: _Grid) -> tuple[Vector, Vector]:
+        """Return the force of `pull`, and the same sum with the moduli of the differences."""
+        west, east, south, north = self._weights()
+        own = height[1:-1, 1:-1]
+        force, magnitude = np.zeros(self.mask.shape), np.zeros(self.mask.shape)
+        for arms, one, other in (
+            ((west, east), height[1:-1, :-2], height[1:-1, 2:]),
+            ((south, north), height[:-2, 1:-1], height[2:, 1:-1]),
+        ):
+            first, second = own - one, own - other
+            force += arms[0] * first + arms[1] * second
+            magnitude += arms[0] * np.abs(first) + arms[1] * np.abs(second)
+        return np.asarray(force[self.mask]), np.asarray(magnitude[self.mask])
 
     def _refuse_floating_parts(self) -> None:
         from scipy.sparse import csgraph

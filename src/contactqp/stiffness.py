@@ -71,6 +71,11 @@ class SparseStiffness:
         """Return the diagonal."""
         return np.asarray(self._matrix.diagonal())
 
+    @property
+    def finite(self) -> bool:
+        """Whether all entries are finite."""
+        return bool(np.isfinite(self._matrix.data).all())
+
     def balanced(self, weights: Vector) -> SparseStiffness:
         """Return the matrix with the entries weights_i G_ij weights_j."""
         rows = np.repeat(np.arange(self.size), np.diff(self._matrix.indptr))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._checks import Vector, open_interval, vector
-from .compare import STANDARD_BACKENDS, Comparison, compare
+from .compare import Comparison, compare
 from .judge import Verdict, judge, natural_map
 from .model import TensionedNet
 from .problem import ContactQP
@@ -72,15 +72,15 @@ def assert_complementary(problem: ContactQP | TensionedNet, gap: ArrayLike, *, t
 
 
 def assert_backends_agree(
-    problem: ContactQP | TensionedNet, backends: Sequence[str] = STANDARD_BACKENDS, *, tol: float = 1e-6
+    problem: ContactQP | TensionedNet, backends: Sequence[str] | None = None, *, tol: float = 1e-6
 ) -> Comparison:
     """Assert that all ``backends`` solve the problem, certified to ``tol``, with enclosures that intersect.
 
     Parameters
     ----------
     problem : Membrane, Cable or ContactQP
-    backends : sequence of str
-        Names, see `contactqp.backend_names`.
+    backends : sequence of str, optional
+        Names, see `contactqp.backend_names`; by default the package's own whose methods suit the problem.
     tol : float
         As for `contactqp.solve`.
 

@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from .._checks import nearest
-from ..errors import UnknownBackendError
+from ..errors import UnknownBackendError, UnsuitableProblemError
 
 if TYPE_CHECKING:
     from importlib import metadata
@@ -24,6 +24,8 @@ TABLE = {
     "clarabel": "contactqp.backends.clarabel:Clarabel",
     "mangasarian": "contactqp.backends.mangasarian:Mangasarian",
     "psor": "contactqp.backends.psor:Psor",
+    "multigrid": "contactqp.backends.multigrid:Multigrid",
+    "active-set": "contactqp.backends.active_set:ActiveSetBackend",
 }
 
 ENTRY_POINT_GROUP = "contactqp.backends"
@@ -64,20 +66,32 @@ def get_backend(name: str) -> type[Backend]:
     raise UnknownBackendError(f"unknown backend {name!r}{nearest(name, known)}; known: {', '.join(known)}")
 
 
+def suitable_backends(problem: ContactQP) -> list[str]:
+    """Return the names of the package's own backends whose methods suit the problem."""
+    found = []
+    for name in TABLE:
+        try:
+            get_backend(name).check_problem(problem)
+        except UnsuitableProblemError:
+            continue
+        found.append(name)
+    return found
+
+
 def choose_backend(problem: ContactQP) -> tuple[str, str]:
     """Return the name of the backend that ``"auto"`` stands for, and the reason for the choice.
 
-    Measured on two cores (``benchmarks/backends.py``): Clarabel answers problems of up to some thousand unknowns
-    within the time that the kernels of projected relaxation take to load; above, relaxation is faster on every
-    two-dimensional M-matrix tried. Along a line its sweeps grow with the number of nodes, and Clarabel's do not.
+    Measured on two cores (``benchmarks/speed.py``): up to some thousand unknowns active sets need no compiled kernels
+    and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other M-matrices active
+    sets are the fastest at any size. Interior points do not need an M-matrix.
     """
-    if problem.size <= _FEW_UNKNOWNS:
-        return "clarabel", f"auto: {problem.size} unknowns are few"
     if not problem.is_m_matrix:
         return "clarabel", "auto: G is no M-matrix"
-    if problem.stiffness.nonzeros <= 3 * problem.size:
-        return "clarabel", f"auto: {problem.size} unknowns along a line"
-    return "psor", f"auto: an M-matrix with {problem.size} unknowns"
+    if problem.size <= _FEW_UNKNOWNS:
+        return "active-set", f"auto: {problem.size} unknowns are few"
+    if problem.stencil is not None:
+        return "multigrid", f"auto: a lattice with {problem.size} nodes"
+    return "active-set", f"auto: an M-matrix with {problem.size} unknowns"
 
 
 _FEW_UNKNOWNS = 4000

@@ -1,0 +1,1 @@
+"""Primal-dual active set method for any sparse M-matrix, with direct solves or algebraic multigrid inside."""

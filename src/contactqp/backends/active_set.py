@@ -1,0 +1,92 @@
+"""The primal-dual active set method for sparse M-matrices, `contactqp.active_set`."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from .._checks import Vector
+from ..problem import ContactQP
+from ..progress import compiling
+from .base import Answer, Backend, Need, Stop, Task
+
+if TYPE_CHECKING:
+    from ..active_set.primal_dual import ActiveSet
+
+_MAX_STEPS = 500
+
+
+class ActiveSetBackend(Backend):
+    """Primal-dual active sets: exact once the contact set is found, by factorisation or algebraic multigrid."""
+
+    name: ClassVar[str] = "active-set"
+    summary: ClassVar[str] = "primal-dual active sets, exact finish"
+    package: ClassVar[str] = "scipy"
+    iteration_unit: ClassVar[str] = "step"
+    needs: ClassVar[frozenset[Need]] = frozenset({Need.Z_MATRIX})
+    reachable_tol: ClassVar[float | None] = 1e-10
+
+    def solve(self, problem: ContactQP, task: Task, *, history: bool = False) -> Answer:
+        """Solve by active sets.
+
+        Parameters
+        ----------
+        problem, task
+            See `Backend.solve`. Without a warm start it works its way up from a coarse problem.
+        history : bool
+            Whether to record of every step: "exchanged" (nodes that changed sides) and "energy" (½ωᵀGω + qᵀω at its
+            end, dimensionless).
+        """
+        started = time.perf_counter()
+        solver = prepare(problem, task)
+        if task.warm_start is not None:
+            solver.omega = np.where(problem.supported, np.maximum(task.warm_start, 0.0), task.warm_start)
+        else:
+            solver.start(task.progress.update)
+        return iterate(solver, problem, task, history, started)
+
+
+def prepare(problem: ContactQP, task: Task) -> ActiveSet:
+    """Return the iteration at ω = 0."""
+    from ..active_set.primal_dual import ActiveSet
+
+    units = np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
+    solver = ActiveSet(problem.G, np.array(problem.q), problem.supported, units.min() / units)
+    if not solver.direct:
+        with compiling("active-set"):
+            from ..active_set import sparse_kernels  # noqa: F401  (compiles)
+    return solver
+
+
+def iterate(solver: ActiveSet, problem: ContactQP, task: Task, history: bool, started: float) -> Answer:
+    """Go on until the contact set rests and the equations of the open nodes are solved."""
+    setup_seconds = time.perf_counter() - started
+    budget = _MAX_STEPS if task.max_iter is None else task.max_iter
+    stop, why, steps = Stop.ITERATION_LIMIT, "step limit", 0
+    records: list[tuple[float, float]] = []
+    while stop is Stop.ITERATION_LIMIT and steps < budget:
+        step = solver.step()
+        steps += 1
+        task.progress.update(f"step {steps}, {step.exchanged} nodes changed sides")
+        if history:
+            records.append((float(step.exchanged), problem.objective(solver.omega)))
+        if step.finished:
+            stop, why = Stop.DONE, "the contact set rests"
+        elif task.seconds_left <= 0:
+            stop, why = Stop.TIME_LIMIT, "time limit"
+    columns = np.array(records).reshape(-1, 2).T
+    return Answer(
+        gap=solver.omega,
+        stop=stop,
+        termination=f"{why} after {steps} steps",
+        iterations=steps,
+        setup_seconds=setup_seconds,
+        solve_seconds=time.perf_counter() - started - setup_seconds,
+        history=_named(columns) if history else {},
+    )
+
+
+def _named(columns: Vector) -> dict[str, Vector]:
+    return {"exchanged": columns[0], "energy": columns[1]}

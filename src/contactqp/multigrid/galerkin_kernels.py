@@ -1,0 +1,149 @@
+"""Compiled Galerkin products: the coarse operators Pᵀ A P of an operator A that is truncated at the contact nodes.
+
+P is bilinear interpolation by a factor 2 or 1 in each direction. A coarse entry depends on the finer operator within a
+window of as many points as the factor to each side. Where the finer operator is the same everywhere in the window, the
+entry is a constant that is known beforehand; only the surroundings of the frame and of the free boundary
+are computed.
+
+``kind`` is 0 where the operator's row is zero (a contact node, a frame point, a coarse point without a basis function),
+1 where it is the constant one, and 2 elsewhere; stencils are those of `level_kernels`.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from .net_kernels import _arm
+
+_STENCIL = "float32[:, :, ::1]"
+_KIND = "uint8[:, ::1]"
+
+
+@njit
+def _window_kind(kind, i, j, row_reach, column_reach):  # type: ignore[no-untyped-def]
+    """Return 0 or 1 where the whole window is of that kind, else 2."""
+    first = kind[i, j]
+    if first == 2:
+        return 2
+    low_i, high_i = i - row_reach, i + row_reach
+    low_j, high_j = j - column_reach, j + column_reach
+    if first == 1 and (low_i < 0 or low_j < 0 or high_i >= kind.shape[0] or high_j >= kind.shape[1]):
+        return 2
+    for a in range(max(low_i, 0), min(high_i + 1, kind.shape[0])):
+        for b in range(max(low_j, 0), min(high_j + 1, kind.shape[1])):
+            if kind[a, b] != first:
+                return 2
+    return first
+
+
+@njit
+def _hat(distance, coarsening):  # type: ignore[no-untyped-def]
+    return max(0.0, 1.0 - abs(distance) / coarsening)
+
+
+@njit
+def _project(image, row_coarsening, column_coarsening, out, i, j):  # type: ignore[no-untyped-def]
+    """Write the inner products of ``image`` = A φ, a 7 x 7 window, with φ and its four later neighbours."""
+    for k in range(5):
+        down, right = (0, 0) if k == 0 else (0, 1) if k == 1 else (1, 0) if k == 2 else (1, 1) if k == 3 else (1, -1)
+        total = 0.0
+        for a in range(-2, 3):
+            for b in range(-2, 3):
+                weight = _hat(a - row_coarsening * down, row_coarsening) * _hat(
+                    b - column_coarsening * right, column_coarsening
+                )
+                if weight > 0.0:
+                    total += weight * image[a + 3, b + 3]
+        out[k, i, j] = np.float32(total)
+
+
+def _coarsen_net(  # type: ignore[no-untyped-def]
+    active, across, along, constant, stencil, kind, row_coarsening, column_coarsening, use_constant, lo, hi
+):
+    """Write the rows [lo, hi) of the first coarse operator, from the finest net's arms and active nodes."""
+    basis, image = np.zeros((7, 7)), np.zeros((7, 7))
+    rows, columns = active.shape
+    for coarse_i in range(lo, hi):
+        for coarse_j in range(1, stencil.shape[2] - 1):
+            i, j = row_coarsening * coarse_i, column_coarsening * coarse_j
+            window = _window_kind(active, i, j, row_coarsening, column_coarsening)
+            if window == 0 or (window == 1 and use_constant):
+                kind[coarse_i, coarse_j] = window
+                for k in range(5):
+                    stencil[k, coarse_i, coarse_j] = constant[k] if window else np.float32(0.0)
+                continue
+            for a in range(-2, 3):
+                for b in range(-2, 3):
+                    inside = 0 <= i + a < rows and 0 <= j + b < columns and active[i + a, j + b]
+                    basis[a + 3, b + 3] = _hat(a, row_coarsening) * _hat(b, column_coarsening) if inside else 0.0
+            for a in range(-2, 3):
+                for b in range(-2, 3):
+                    image[a + 3, b + 3] = 0.0
+                    if 0 <= i + a < rows and 0 <= j + b < columns and active[i + a, j + b]:
+                        w = _arm(across, i + a - 1, j + b - 1)
+                        e = _arm(across, i + a - 1, j + b)
+                        s = _arm(along, i + a - 1, j + b - 1)
+                        n = _arm(along, i + a, j + b - 1)
+                        image[a + 3, b + 3] = (w + e + s + n) * basis[a + 3, b + 3] - (
+                            w * basis[a + 3, b + 2]
+                            + e * basis[a + 3, b + 4]
+                            + s * basis[a + 2, b + 3]
+                            + n * basis[a + 4, b + 3]
+                        )
+            _project(image, row_coarsening, column_coarsening, stencil, coarse_i, coarse_j)
+            kind[coarse_i, coarse_j] = 2 if stencil[0, coarse_i, coarse_j] > 0 else 0
+
+
+@njit(
+    f"void({_STENCIL}, {_KIND}, float32[::1], {_STENCIL}, {_KIND}, int64, int64, int64, int64)",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def coarsen_level(fine, fine_kind, constant, stencil, kind, row_coarsening, column_coarsening, lo, hi):  # type: ignore[no-untyped-def]
+    """Write the rows [lo, hi) of the next coarser operator."""
+    basis, image = np.zeros((7, 7)), np.zeros((7, 7))
+    rows, columns = fine_kind.shape
+    for coarse_i in range(lo, hi):
+        for coarse_j in range(1, stencil.shape[2] - 1):
+            i, j = row_coarsening * coarse_i, column_coarsening * coarse_j
+            window = _window_kind(fine_kind, i, j, row_coarsening, column_coarsening)
+            if window < 2:
+                kind[coarse_i, coarse_j] = window
+                for k in range(5):
+                    stencil[k, coarse_i, coarse_j] = constant[k] if window else np.float32(0.0)
+                continue
+            for a in range(-2, 3):
+                for b in range(-2, 3):
+                    inside = 1 <= i + a < rows - 1 and 1 <= j + b < columns - 1
+                    basis[a + 3, b + 3] = _hat(a, row_coarsening) * _hat(b, column_coarsening) if inside else 0.0
+            for a in range(-2, 3):
+                for b in range(-2, 3):
+                    y, x = i + a, j + b
+                    image[a + 3, b + 3] = 0.0
+                    if 1 <= y < rows - 1 and 1 <= x < columns - 1 and fine_kind[y, x]:
+                        image[a + 3, b + 3] = (
+                            fine[0, y, x] * basis[a + 3, b + 3]
+                            + fine[1, y, x] * basis[a + 3, b + 4]
+                            + fine[1, y, x - 1] * basis[a + 3, b + 2]
+                            + fine[2, y, x] * basis[a + 4, b + 3]
+                            + fine[2, y - 1, x] * basis[a + 2, b + 3]
+                            + fine[3, y, x] * basis[a + 4, b + 4]
+                            + fine[3, y - 1, x - 1] * basis[a + 2, b + 2]
+                            + fine[4, y, x] * basis[a + 4, b + 2]
+                            + fine[4, y - 1, x + 1] * basis[a + 2, b + 4]
+                        )
+            _project(image, row_coarsening, column_coarsening, stencil, coarse_i, coarse_j)
+            kind[coarse_i, coarse_j] = 2 if stencil[0, coarse_i, coarse_j] > 0 else 0
+
+
+@cache
+def coarsen_net(varying: bool) -> Any:
+    """Compile the first coarsening for equal or for varying arms, or load it."""
+    arms = "float64[:, ::1]" if varying else "float64"
+    signature = f"void({_KIND}, {arms}, {arms}, float32[::1], {_STENCIL}, {_KIND}, int64, int64, boolean, int64, int64)"
+    return njit(signature, cache=True, nogil=True, error_model="numpy")(_coarsen_net)

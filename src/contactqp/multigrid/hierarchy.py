@@ -1,0 +1,171 @@
+"""Hierarchy: Galerkin operators of a net truncated at its contact nodes, and the linear cycle through them."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..team import Team
+from . import galerkin_kernels, level_kernels
+from .net import Net, coarsening
+
+_DAMPING = np.float32(8 / 9)
+"""Best for the nine-point operator of bilinear elements, whose rough modes have eigenvalues in [3/4, 3/2]."""
+
+_COARSEST_SWEEPS = 10
+
+
+class Level:
+    """One coarse level: its operator and the vectors of a cycle."""
+
+    def __init__(self, rows: int, columns: int, row_coarsening: int, column_coarsening: int) -> None:
+        self.rows, self.columns = rows, columns
+        self.row_coarsening, self.column_coarsening = row_coarsening, column_coarsening
+        shape = (rows + 2, columns + 2)
+        self.stencil = np.zeros((5, *shape), dtype=np.float32)
+        self.kind = np.zeros(shape, dtype=np.uint8)
+        self.constant = np.zeros(5, dtype=np.float32)
+        self.residual = np.zeros(shape, dtype=np.float32)
+        self.correction = np.zeros(shape, dtype=np.float32)
+        self.spare = np.zeros(shape, dtype=np.float32)
+        self.strips: list[tuple[int, int]] = []
+
+
+class Hierarchy:
+    """The coarse levels below a net, finest first.
+
+    Attributes
+    ----------
+    active : array of uint8, shape (rows + 2, columns + 2)
+        1 at the nodes that the operators are not truncated at.
+    """
+
+    def __init__(self, net: Net, team: Team) -> None:
+        self.net, self.team = net, team
+        self.active: NDArray[np.uint8] = net.layout.zeros(np.uint8)
+        self.levels = _levels(net)
+        for level in self.levels:
+            level.strips = team.strips(1, level.rows + 1, level.columns)
+        if not net.varying:
+            self._find_constants()
+
+    def update(self) -> None:
+        """Compute all operators for the nodes that are `active` now."""
+        first = self.levels[0]
+        self.team.run(
+            galerkin_kernels.coarsen_net(self.net.varying),
+            first.strips,
+            self.active,
+            self.net.across,
+            self.net.along,
+            first.constant,
+            first.stencil,
+            first.kind,
+            first.row_coarsening,
+            first.column_coarsening,
+            not self.net.varying,
+        )
+        for finer, level in zip(self.levels[:-1], self.levels[1:], strict=True):
+            self.team.run(
+                galerkin_kernels.coarsen_level,
+                level.strips,
+                finer.stencil,
+                finer.kind,
+                level.constant,
+                level.stencil,
+                level.kind,
+                level.row_coarsening,
+                level.column_coarsening,
+            )
+
+    def cycle(self, depth: int = 0, *, full: bool = True) -> None:
+        """Do a cycle from zero for the ``residual`` of the level; its ``correction`` is the result.
+
+        An F-cycle: the next coarser level is corrected by an F-cycle and then by a V-cycle, which costs little more
+        than a V-cycle where each level has a quarter of the points, and half of the contraction factor.
+        """
+        level = self.levels[depth]
+        if depth == len(self.levels) - 1:
+            level_kernels.solve_coarsest(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
+            return
+        run, coarse = self.team.run, self.levels[depth + 1]
+        factors = coarse.row_coarsening, coarse.column_coarsening
+        run(level_kernels.smooth_from_zero, level.strips, level.stencil, level.residual, level.correction, _DAMPING)
+        for full_below in (True, False) if full else (False,):
+            state = level.stencil, level.residual, level.correction
+            run(level_kernels.restrict, coarse.strips, *state, coarse.residual, *factors)
+            self.cycle(depth + 1, full=full_below)
+            run(level_kernels.add_interpolated, level.strips, level.correction, coarse.correction, *factors)
+            run(level_kernels.smooth, level.strips, *state, level.spare, _DAMPING)
+            level.correction, level.spare = level.spare, level.correction
+
+    @cached_property
+    def points(self) -> float:
+        """Points of all levels over the net's nodes."""
+        return sum(level.rows * level.columns for level in self.levels) / self.net.layout.size
+
+    @cached_property
+    def cycle_work(self) -> float:
+        """Passes of a `cycle`, each counted by its points over the net's nodes.
+
+        A level is visited once more than the one above it; a visit is four passes (two steps of Jacobi's method, the
+        residual and the interpolation).
+        """
+        visits = sum((depth + 1) * level.rows * level.columns for depth, level in enumerate(self.levels))
+        return 4 * visits / self.net.layout.size
+
+    def _find_constants(self) -> None:
+        """Compute each level's operator far from frame and contact, on a small net without either."""
+        width = 9
+        example = np.ones((2 * width + 3, 2 * width + 3), dtype=np.uint8)
+        first = self.levels[0]
+        kind = np.zeros((width + 2, width + 2), dtype=np.uint8)
+        stencil = np.zeros((5, width + 2, width + 2), dtype=np.float32)
+        unused = np.zeros(5, dtype=np.float32)
+        middle = width // 2 + 1
+        galerkin_kernels.coarsen_net(False)(
+            example,
+            self.net.across,
+            self.net.along,
+            unused,
+            stencil,
+            kind,
+            first.row_coarsening,
+            first.column_coarsening,
+            False,
+            1,
+            width + 1,
+        )
+        first.constant = stencil[:, middle, middle].copy()
+        for finer, level in zip(self.levels[:-1], self.levels[1:], strict=True):
+            everywhere = np.ascontiguousarray(np.broadcast_to(finer.constant[:, None, None], (5, *example.shape)))
+            galerkin_kernels.coarsen_level(
+                everywhere,
+                np.full(example.shape, 2, dtype=np.uint8),
+                unused,
+                stencil,
+                kind,
+                level.row_coarsening,
+                level.column_coarsening,
+                1,
+                width + 1,
+            )
+            level.constant = stencil[:, middle, middle].copy()
+
+
+def _levels(net: Net) -> list[Level]:
+    """Return levels down to the smallest; a net that is not coarsened gets one of its own size."""
+    rows, columns = net.rows, net.columns
+    across, along = net.typical_arms
+    levels: list[Level] = []
+    while True:
+        down, right = coarsening(rows, columns, across, along)
+        if down * right == 1 and levels:
+            return levels
+        rows, columns = rows // down, columns // right
+        across, along = across * down / right, along * right / down
+        levels.append(Level(rows, columns, down, right))
+        if down * right == 1:
+            return levels

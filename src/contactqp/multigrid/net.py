@@ -1,0 +1,149 @@
+"""Net: the nodes of a lattice laid out for compiled passes, and its coarser versions."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+
+from .._checks import Mask
+from ..layout import Grid, Layout, bounding_box
+from ..stencil import Stencil
+
+Arms: TypeAlias = "float | Grid"
+
+_ANISOTROPY = 3.0
+"""A direction with arms this many times stiffer than the other's is coarsened alone (semicoarsening)."""
+
+_SMALLEST = 9
+"""Nets of up to this many points are not coarsened."""
+
+
+class Net:
+    """Where the nodes are, and how stiff the arms between them.
+
+    Parameters
+    ----------
+    layout : Layout
+    across, along : float or array
+        Stiffness of the arms along rows, shape (rows, columns + 1), and along columns, shape (rows + 1, columns).
+    """
+
+    def __init__(self, layout: Layout, across: Arms, along: Arms) -> None:
+        self.layout = layout
+        self.rows, self.columns = layout.rows, layout.columns
+        self.across, self.along = across, along
+        self.typical_arms = _typical(across), _typical(along)
+        self.row_coarsening, self.column_coarsening = coarsening(self.rows, self.columns, *self.typical_arms)
+
+    @cached_property
+    def reach(self) -> float:
+        """Bound of the gap's error per unit of force out of balance: that of the best parabola on a rectangle."""
+        across, along = _least(self.across), _least(self.along)
+        square_x, square_y = (self.columns + 1) ** 2, (self.rows + 1) ** 2
+        candidates = [(square_x + square_y, across + along), (square_x, across), (square_y, along)]
+        return float(min(square / (8 * arms) for square, arms in candidates if arms > 0))
+
+    @cached_property
+    def stiffest(self) -> float:
+        """Bound of the diagonal of G."""
+        return float(sum(2.0 * np.max(arms) for arms in (self.across, self.along)))
+
+    @property
+    def varying(self) -> bool:
+        """Whether the arms differ."""
+        return not isinstance(self.across, float)
+
+    def resistance(self, grid: Grid) -> Grid:
+        """Return G times a vector on the net, shape (rows, columns); to be used at nodes only."""
+        own = grid[1:-1, 1:-1]
+        if isinstance(self.across, float) and isinstance(self.along, float):
+            west, east, south, north = self.across, self.across, self.along, self.along
+            force = west * (own - grid[1:-1, :-2]) + east * (own - grid[1:-1, 2:])
+            return np.asarray(force + (south * (own - grid[:-2, 1:-1]) + north * (own - grid[2:, 1:-1])))
+        across, along = np.asarray(self.across), np.asarray(self.along)
+        force = across[:, :-1] * (own - grid[1:-1, :-2]) + across[:, 1:] * (own - grid[1:-1, 2:])
+        return np.asarray(force + (along[:-1] * (own - grid[:-2, 1:-1]) + along[1:] * (own - grid[2:, 1:-1])))
+
+    def coarse_shape(self) -> tuple[int, int]:
+        """Return rows and columns of the next coarser net."""
+        return self.rows // self.row_coarsening, self.columns // self.column_coarsening
+
+    def coarser(self) -> Net | None:
+        """Return the net of every second node (see `coarsening`); None if it would be no coarser or hold no node."""
+        if self.row_coarsening * self.column_coarsening == 1:
+            return None
+        down, right = self.row_coarsening, self.column_coarsening
+        rows, columns = self.coarse_shape()
+        mask = self.layout.mask[down - 1 :: down, right - 1 :: right][:rows, :columns]
+        supported = self.layout.supported
+        if supported is not None:
+            supported = supported[down - 1 :: down, right - 1 :: right][:rows, :columns]
+        across, along = self.across, self.along
+        if isinstance(across, float) and isinstance(along, float):
+            return Net(Layout(mask, supported), across * down / right, along * right / down) if mask.any() else None
+        return _coarser_varying(self, mask, supported)
+
+
+def coarsening(rows: int, columns: int, across: float, along: float) -> tuple[int, int]:
+    """Return by how much to coarsen rows and columns: 2, or 1 in the direction of far weaker arms.
+
+    Both are 1 for a net that is small enough.
+    """
+    if rows * columns <= _SMALLEST:
+        return 1, 1
+    down = 2 if rows > 1 and along * _ANISOTROPY >= across else 1
+    right = 2 if columns > 1 and across * _ANISOTROPY >= along else 1
+    if down * right == 1:
+        return (2, 1) if rows > 1 else (1, 2)
+    return down, right
+
+
+def _typical(arms: Arms) -> float:
+    return arms if isinstance(arms, float) else float(arms.mean())
+
+
+def _least(arms: Arms) -> float:
+    if isinstance(arms, float):
+        return arms
+    positive = arms[arms > 0]
+    return float(positive.min()) if positive.size else 0.0
+
+
+def _coarser_varying(net: Net, mask: Mask, supported: Mask | None) -> Net | None:
+    """Join the arms between two coarse nodes in series, and count them once for each row they stand for."""
+    across, along = np.asarray(net.across), np.asarray(net.along)
+    down, right = net.row_coarsening, net.column_coarsening
+    rows, columns = mask.shape
+    own_rows = across[down - 1 :: down][:rows]
+    own_columns = along[:, right - 1 :: right][:, :columns]
+    coarse_across = down * _series(own_rows.T, right, columns + 1).T
+    coarse_along = right * _series(own_columns, down, rows + 1)
+    held = (coarse_across[:, :-1] + coarse_across[:, 1:]) + (coarse_along[:-1] + coarse_along[1:])
+    mask = mask & (held > 0)
+    if not mask.any():
+        return None
+    return Net(Layout(mask, supported), np.ascontiguousarray(coarse_across), np.ascontiguousarray(coarse_along))
+
+
+def _series(arms: Grid, count: int, wanted: int) -> Grid:
+    """Return the stiffness of ``count`` successive arms (rows of the array) in series, ``wanted`` of them."""
+    if count == 1:
+        return arms[:wanted].copy()
+    padded = np.vstack([arms, arms[-1:]])[: 2 * wanted]
+    first, second = padded[0::2], padded[1::2]
+    total = first + second
+    return np.asarray(np.divide(first * second, total, out=np.zeros_like(total), where=total > 0))
+
+
+def net_of(stencil: Stencil, layout: Layout) -> Net:
+    """Return the net of a lattice's arms."""
+    if stencil.uniform:
+        return Net(layout, float(stencil.horizontal), float(stencil.vertical))
+    box_rows, box_columns = bounding_box(stencil.mask)
+    across = np.broadcast_to(stencil.horizontal, (stencil.mask.shape[0], stencil.mask.shape[1] + 1))
+    along = np.broadcast_to(stencil.vertical, (stencil.mask.shape[0] + 1, stencil.mask.shape[1]))
+    across = across[box_rows, box_columns.start : box_columns.stop + 1]
+    along = along[box_rows.start : box_rows.stop + 1, box_columns]
+    return Net(layout, across.copy(), along.copy())
