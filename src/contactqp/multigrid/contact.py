@@ -9,6 +9,7 @@ could raise the energy. Every step lowers the energy, and the sweeps alone would
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +60,7 @@ class ContactMultigrid:
         self.omega, self._next = net.layout.zeros(), net.layout.zeros()
         self.hierarchy = Hierarchy(net, team)
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
-        self._kernels = net_kernels(net.varying)
+        self._kernels = net_kernels(net.varying, self.hierarchy.levels[0].precision)
         self._strips = team.strips(1, net.rows + 1, net.columns)
         self._place = net.layout.runs, net.layout.row_start
         self._coarsening = self.hierarchy.levels[0].row_coarsening, self.hierarchy.levels[0].column_coarsening
@@ -102,7 +103,7 @@ class ContactMultigrid:
         largest = max(abs(float(self.omega.max())), abs(float(self.omega.min())))
         return 4 * float(np.finfo(np.float64).eps) * largest * self.net.stiffest
 
-    def restrict_load(self) -> NDArray[np.float32]:
+    def restrict_load(self) -> NDArray[Any]:
         """Return q + Gω, summed with the weights of bilinear interpolation, at the nodes of the next coarser net."""
         unsupported = self.net.layout.runs.copy()
         unsupported[:, 4] = 0

@@ -8,28 +8,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..team import Team
-from . import galerkin_kernels, level_kernels
+from . import galerkin_kernels
+from .level_kernels import level_kernels
 from .net import Net, coarsening
 
-_DAMPING = np.float32(8 / 9)
-"""Best for the nine-point operator of bilinear elements, whose rough modes have eigenvalues in [3/4, 3/2]."""
-
 _COARSEST_SWEEPS = 10
+
+_SINGLE_PRECISION_REACH = 5e5
+"""Up to this error per rounding error (see `net.Net.reach`) a correction may be rounded to single precision.
+
+Twice the error a unit of residual makes, times 6e-8, is what a cycle loses: 0.03 here.
+"""
 
 
 class Level:
     """One coarse level: its operator and the vectors of a cycle."""
 
-    def __init__(self, rows: int, columns: int, row_coarsening: int, column_coarsening: int) -> None:
+    def __init__(self, rows: int, columns: int, row_coarsening: int, column_coarsening: int, precision: str) -> None:
         self.rows, self.columns = rows, columns
         self.row_coarsening, self.column_coarsening = row_coarsening, column_coarsening
+        self.precision = precision
         shape = (rows + 2, columns + 2)
-        self.stencil = np.zeros((5, *shape), dtype=np.float32)
+        self.stencil = np.zeros((6, *shape), dtype=np.float32)
         self.kind = np.zeros(shape, dtype=np.uint8)
-        self.constant = np.zeros(5, dtype=np.float32)
-        self.residual = np.zeros(shape, dtype=np.float32)
-        self.correction = np.zeros(shape, dtype=np.float32)
-        self.spare = np.zeros(shape, dtype=np.float32)
+        self.constant = np.zeros(6, dtype=np.float32)
+        self.residual, self.correction, self.spare = (np.zeros(shape, dtype=precision) for _ in range(3))
         self.strips: list[tuple[int, int]] = []
 
 
@@ -67,6 +70,7 @@ class Hierarchy:
             first.column_coarsening,
             not self.net.varying,
         )
+        self._set_factors(first)
         for finer, level in zip(self.levels[:-1], self.levels[1:], strict=True):
             self.team.run(
                 galerkin_kernels.coarsen_level,
@@ -79,6 +83,10 @@ class Hierarchy:
                 level.row_coarsening,
                 level.column_coarsening,
             )
+            self._set_factors(level)
+
+    def _set_factors(self, level: Level) -> None:
+        self.team.run(galerkin_kernels.set_factors, level.strips, level.stencil, level.kind, level.constant)
 
     def cycle(self, depth: int = 0, *, full: bool = True) -> None:
         """Do a cycle from zero for the ``residual`` of the level; its ``correction`` is the result.
@@ -87,18 +95,20 @@ class Hierarchy:
         than a V-cycle where each level has a quarter of the points, and half of the contraction factor.
         """
         level = self.levels[depth]
-        if depth == len(self.levels) - 1:
-            level_kernels.solve_coarsest(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
+        coarse = self.levels[min(depth + 1, len(self.levels) - 1)]
+        kernels = level_kernels(level.precision, coarse.precision)
+        if level is coarse:
+            kernels.solve_coarsest(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
             return
-        run, coarse = self.team.run, self.levels[depth + 1]
+        run = self.team.run
         factors = coarse.row_coarsening, coarse.column_coarsening
-        run(level_kernels.smooth_from_zero, level.strips, level.stencil, level.residual, level.correction, _DAMPING)
+        run(kernels.smooth_from_zero, level.strips, level.stencil, level.residual, level.correction)
         for full_below in (True, False) if full else (False,):
             state = level.stencil, level.residual, level.correction
-            run(level_kernels.restrict, coarse.strips, *state, coarse.residual, *factors)
+            run(kernels.restrict, coarse.strips, *state, coarse.residual, *factors)
             self.cycle(depth + 1, full=full_below)
-            run(level_kernels.add_interpolated, level.strips, level.correction, coarse.correction, *factors)
-            run(level_kernels.smooth, level.strips, *state, level.spare, _DAMPING)
+            run(kernels.add_interpolated, level.strips, level.correction, coarse.correction, *factors)
+            run(kernels.smooth, level.strips, *state, level.spare)
             level.correction, level.spare = level.spare, level.correction
 
     @cached_property
@@ -122,8 +132,8 @@ class Hierarchy:
         example = np.ones((2 * width + 3, 2 * width + 3), dtype=np.uint8)
         first = self.levels[0]
         kind = np.zeros((width + 2, width + 2), dtype=np.uint8)
-        stencil = np.zeros((5, width + 2, width + 2), dtype=np.float32)
-        unused = np.zeros(5, dtype=np.float32)
+        stencil = np.zeros((6, width + 2, width + 2), dtype=np.float32)
+        unused = np.zeros(6, dtype=np.float32)
         middle = width // 2 + 1
         galerkin_kernels.coarsen_net(False)(
             example,
@@ -138,9 +148,10 @@ class Hierarchy:
             1,
             width + 1,
         )
+        galerkin_kernels.set_factors(stencil, kind, unused, 1, width + 1)
         first.constant = stencil[:, middle, middle].copy()
         for finer, level in zip(self.levels[:-1], self.levels[1:], strict=True):
-            everywhere = np.ascontiguousarray(np.broadcast_to(finer.constant[:, None, None], (5, *example.shape)))
+            everywhere = np.ascontiguousarray(np.broadcast_to(finer.constant[:, None, None], (6, *example.shape)))
             galerkin_kernels.coarsen_level(
                 everywhere,
                 np.full(example.shape, 2, dtype=np.uint8),
@@ -152,6 +163,7 @@ class Hierarchy:
                 1,
                 width + 1,
             )
+            galerkin_kernels.set_factors(stencil, kind, unused, 1, width + 1)
             level.constant = stencil[:, middle, middle].copy()
 
 
@@ -159,13 +171,16 @@ def _levels(net: Net) -> list[Level]:
     """Return levels down to the smallest; a net that is not coarsened gets one of its own size."""
     rows, columns = net.rows, net.columns
     across, along = net.typical_arms
+    reach = net.reach * net.stiffest
     levels: list[Level] = []
     while True:
         down, right = coarsening(rows, columns, across, along)
         if down * right == 1 and levels:
             return levels
+        precision = "float64" if reach > _SINGLE_PRECISION_REACH else "float32"
         rows, columns = rows // down, columns // right
         across, along = across * down / right, along * right / down
-        levels.append(Level(rows, columns, down, right))
+        reach /= down * right
+        levels.append(Level(rows, columns, down, right, precision))
         if down * right == 1:
             return levels

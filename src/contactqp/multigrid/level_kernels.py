@@ -1,18 +1,21 @@
-"""Compiled passes over the coarse levels: nine-point operators in single precision.
+"""Compiled passes over the coarse levels, whose operators are nine-point stencils in single precision.
 
-``stencil[0]`` is the diagonal, ``stencil[1:]`` are the couplings of a point to its neighbours east, north, north-east
-and north-west; the other four follow by symmetry. A row of zeros belongs to a point without a basis function. Arrays
-have a ring of zeros. Single precision is enough because the levels only compute corrections: they lower the error by a
-factor, and the residual that drives them is computed in double precision.
+``stencil[0]`` is the diagonal, ``stencil[1:5]`` are the couplings of a point to its neighbours east, north, north-east
+and north-west; the other four follow by symmetry. ``stencil[5]`` is the point's factor in Jacobi's method, zero at a
+point without a basis function. Arrays have a ring of zeros. Single precision is enough where a level only lowers the error by a factor. The vectors, however,
+are in double precision on the finest levels of large nets: there the rounding of a smooth correction is a rough error,
+and its residual a good part of the smooth one's.
 """
 
 from __future__ import annotations
+
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
 _FAST = {"contract", "nsz", "nnan"}
-_GRID = "float32[:, ::1]"
 _STENCIL = "float32[:, :, ::1]"
 
 
@@ -32,51 +35,30 @@ def _apply_row(stencil, e, i, out):  # type: ignore[no-untyped-def]
         out[k + 1] = middle + (upper + lower)
 
 
-@njit(
-    f"void({_STENCIL}, {_GRID}, {_GRID}, float32, int64, int64)",
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-    fastmath=_FAST,
-)
-def smooth_from_zero(stencil, r, e, damping, lo, hi):  # type: ignore[no-untyped-def]
-    """Write e = damping r / diagonal, a step of Jacobi's method from zero."""
+def _smooth_from_zero(stencil, r, e, lo, hi):  # type: ignore[no-untyped-def]
+    """Write a step of Jacobi's method from e = 0."""
     for i in range(lo, hi):
-        centre, right, out = stencil[0, i], r[i], e[i]
-        for j in range(centre.size):
-            out[j] = damping * right[j] / centre[j] if centre[j] > 0 else np.float32(0.0)
+        factor, right, out = stencil[5, i], r[i], e[i]
+        for j in range(out.size):
+            out[j] = factor[j] * right[j]
 
 
-@njit(
-    f"void({_STENCIL}, {_GRID}, {_GRID}, {_GRID}, float32, int64, int64)",
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-    fastmath=_FAST,
-)
-def smooth(stencil, r, e, smoothed, damping, lo, hi):  # type: ignore[no-untyped-def]
-    """Write e + damping (r - A e) / diagonal, a step of Jacobi's method."""
+def _smooth(stencil, r, e, smoothed, lo, hi):  # type: ignore[no-untyped-def]
+    """Write a step of Jacobi's method from e."""
     for i in range(lo, hi):
         out = smoothed[i]
         _apply_row(stencil, e, i, out)
-        centre, right, old = stencil[0, i], r[i], e[i]
+        factor, right, old = stencil[5, i], r[i], e[i]
         for j in range(1, out.size - 1):
-            out[j] = old[j] + damping * (right[j] - out[j]) / centre[j] if centre[j] > 0 else np.float32(0.0)
+            out[j] = old[j] + factor[j] * (right[j] - out[j])
 
 
-@njit(
-    f"void({_STENCIL}, {_GRID}, {_GRID}, {_GRID}, int64, int64, int64, int64)",
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-    fastmath=_FAST,
-)
-def restrict(stencil, r, e, coarse, row_coarsening, column_coarsening, lo, hi):  # type: ignore[no-untyped-def]
+def _restrict(stencil, r, e, coarse, row_coarsening, column_coarsening, lo, hi):  # type: ignore[no-untyped-def]
     """Restrict r - A e to the coarse rows [lo, hi)."""
-    row = np.zeros(r.shape[1], dtype=np.float32)
-    half = np.float32(0.5)
-    for row_i in range(lo, hi):
-        coarse[row_i] = np.float32(0.0)
+    row = np.zeros(r.shape[1], dtype=r.dtype)
+    half, one = r.dtype.type(0.5), r.dtype.type(1.0)
+    for target in range(lo, hi):
+        coarse[target] = coarse.dtype.type(0.0)
     reach = row_coarsening - 1
     for i in range(row_coarsening * lo - reach, min(row_coarsening * (hi - 1) + reach, r.shape[0] - 2) + 1):
         _apply_row(stencil, e, i, row)
@@ -84,7 +66,7 @@ def restrict(stencil, r, e, coarse, row_coarsening, column_coarsening, lo, hi): 
         for j in range(1, row.size - 1):
             row[j] = right[j] - row[j]
         for target in range(max(lo, i // row_coarsening), min(hi, (i + reach) // row_coarsening + 1)):
-            weight = half if row_coarsening == 2 and i % 2 else np.float32(1.0)
+            weight = half if row_coarsening == 2 and i % 2 else one
             out = coarse[target]
             if column_coarsening == 1:
                 for j in range(1, out.size - 1):
@@ -94,11 +76,10 @@ def restrict(stencil, r, e, coarse, row_coarsening, column_coarsening, lo, hi): 
                     out[j] += weight * (row[2 * j] + half * (row[2 * j - 1] + row[2 * j + 1]))
 
 
-@njit(f"void({_GRID}, {_GRID}, int64, int64, int64, int64)", cache=True, nogil=True, fastmath=_FAST)
-def add_interpolated(e, coarse, row_coarsening, column_coarsening, lo, hi):  # type: ignore[no-untyped-def]
+def _add_interpolated(e, coarse, row_coarsening, column_coarsening, lo, hi):  # type: ignore[no-untyped-def]
     """Add the bilinear interpolant of ``coarse`` to the rows [lo, hi) of e."""
-    half = np.float32(0.5)
-    row = np.empty(coarse.shape[1], dtype=np.float32)
+    half = coarse.dtype.type(0.5)
+    row = np.empty(coarse.shape[1], dtype=coarse.dtype)
     columns = e.shape[1] - 2
     for i in range(lo, hi):
         below = coarse[i // row_coarsening]
@@ -117,16 +98,15 @@ def add_interpolated(e, coarse, row_coarsening, column_coarsening, lo, hi):  # t
                 own[columns] += half * (row[columns // 2] + row[columns // 2 + 1])
 
 
-@njit(f"void({_STENCIL}, {_GRID}, {_GRID}, int64)", cache=True, nogil=True, error_model="numpy")
-def solve_coarsest(stencil, r, e, sweeps):  # type: ignore[no-untyped-def]
+def _solve_coarsest(stencil, r, e, sweeps):  # type: ignore[no-untyped-def]
     """Write e after ``sweeps`` forward and backward sweeps of Gauss-Seidel from zero."""
-    e[:] = np.float32(0.0)
+    e[:] = e.dtype.type(0.0)
     rows, columns = e.shape[0] - 2, e.shape[1] - 2
     for sweep in range(2 * sweeps):
         for k in range(rows * columns):
             at = k if sweep % 2 == 0 else rows * columns - 1 - k
             i, j = at // columns + 1, at % columns + 1
-            if stencil[0, i, j] > 0:
+            if stencil[5, i, j] > 0:
                 middle = stencil[1, i, j] * e[i, j + 1] + stencil[1, i, j - 1] * e[i, j - 1]
                 upper = (
                     stencil[2, i, j] * e[i + 1, j]
@@ -139,3 +119,33 @@ def solve_coarsest(stencil, r, e, sweeps):  # type: ignore[no-untyped-def]
                     + stencil[4, i - 1, j + 1] * e[i - 1, j + 1]
                 )
                 e[i, j] = (r[i, j] - (middle + upper + lower)) / stencil[0, i, j]
+
+
+class LevelKernels(NamedTuple):
+    """The passes over one level, compiled."""
+
+    smooth_from_zero: Any
+    smooth: Any
+    restrict: Any
+    add_interpolated: Any
+    solve_coarsest: Any
+
+
+@cache
+def level_kernels(own: str, coarser: str) -> LevelKernels:
+    """Compile the passes for vectors of the precisions ``own`` and, on the next level, ``coarser``, or load them.
+
+    Each is "float32" or "float64".
+    """
+    vector, coarse = f"{own}[:, ::1]", f"{coarser}[:, ::1]"
+
+    def compiled(function: Any, signature: str) -> Any:
+        return njit(f"void({signature})", cache=True, nogil=True, error_model="numpy", fastmath=_FAST)(function)
+
+    return LevelKernels(
+        smooth_from_zero=compiled(_smooth_from_zero, f"{_STENCIL}, {vector}, {vector}, int64, int64"),
+        smooth=compiled(_smooth, f"{_STENCIL}, {vector}, {vector}, {vector}, int64, int64"),
+        restrict=compiled(_restrict, f"{_STENCIL}, {vector}, {vector}, {coarse}, int64, int64, int64, int64"),
+        add_interpolated=compiled(_add_interpolated, f"{vector}, {coarse}, int64, int64, int64, int64"),
+        solve_coarsest=compiled(_solve_coarsest, f"{_STENCIL}, {vector}, {vector}, int64"),
+    )

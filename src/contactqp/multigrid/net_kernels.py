@@ -83,10 +83,10 @@ def _restrict_row(row, coarse, coarsening, weight):  # type: ignore[no-untyped-d
     """Add ``weight`` times a restricted row to ``coarse``."""
     if coarsening == 1:
         for j in range(1, coarse.size - 1):
-            coarse[j] += np.float32(weight * row[j])
+            coarse[j] += weight * row[j]
     else:
         for j in range(1, coarse.size - 1):
-            coarse[j] += np.float32(weight * (row[2 * j] + 0.5 * (row[2 * j - 1] + row[2 * j + 1])))
+            coarse[j] += weight * (row[2 * j] + 0.5 * (row[2 * j - 1] + row[2 * j + 1]))
 
 
 def _restrict_residual(  # type: ignore[no-untyped-def]
@@ -100,7 +100,7 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
     row = np.zeros(omega.shape[1])
     changes = 0
     worst = 0.0
-    coarse[lo:hi] = np.float32(0.0)
+    coarse[lo:hi] = 0.0
     reach = row_coarsening - 1
     rows, last_row = omega.shape[0] - 2, row_coarsening * (hi - 1) + reach
     first_own = row_coarsening * lo - reach if lo == 1 else row_coarsening * lo
@@ -244,8 +244,9 @@ class NetKernels(NamedTuple):
 
 
 @cache
-def net_kernels(varying: bool) -> NetKernels:
-    """Compile the passes for one kind of arms, or load them."""
+def net_kernels(varying: bool, coarser: str) -> NetKernels:
+    """Compile the passes for equal or varying arms and the precision of the first coarse level, or load them."""
+    coarse = f"{coarser}[:, ::1]"
     arms = GRID if varying else "float64"
     runs = f"{RUNS}, int64[::1]"
     problem = f"{GRID}, {GRID}, {arms}, {arms}, {runs}"
@@ -258,9 +259,9 @@ def net_kernels(varying: bool) -> NetKernels:
         relax_black=compiled(_relax_black, f"void({problem}, int64, int64)"),
         restrict_residual=compiled(
             _restrict_residual,
-            f"Tuple((int64, float64))({problem}, uint8[:, ::1], float32[:, ::1], int64, int64, float64, int64, int64)",
+            f"Tuple((int64, float64))({problem}, uint8[:, ::1], {coarse}, int64, int64, float64, int64, int64)",
         ),
-        correct=compiled(_correct, f"int64({GRID}, {GRID}, float32[:, ::1], int64, int64, {runs}, int64, int64)"),
+        correct=compiled(_correct, f"int64({GRID}, {GRID}, {coarse}, int64, int64, {runs}, int64, int64)"),
         energy_slope=compiled(
             _energy_slope, f"UniTuple(float64, 2)({GRID}, {GRID}, {GRID}, {arms}, {arms}, {runs}, int64, int64)"
         ),
