@@ -107,3 +107,15 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """Mark ``array`` as not writeable and return it."""
     array.setflags(write=False)
     return array
+
+
+def repeated(vector: Vector) -> bool:
+    """Whether a vector is one number repeated in memory (see `numpy.broadcast_to`), which costs nothing to keep."""
+    return vector.strides == (0,)
+
+
+def times(vector: Vector, factor: float | Vector) -> Vector:
+    """Return ``vector * factor``, one number repeated where both are."""
+    if repeated(vector) and np.ndim(factor) == 0:
+        return np.broadcast_to(vector[0] * factor, vector.shape)
+    return read_only(vector * factor)

@@ -59,7 +59,7 @@ def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) 
                 f"{name} must be a number, an array of the lattice's shape {lattice.shape} or a vector of its "
                 f"{lattice.size} nodes, got shape {values.shape}"
             )
-    vector = np.full(lattice.size, float(values)) if values.ndim == 0 else values
+    vector = np.broadcast_to(values, (lattice.size,))
     good = np.isfinite(vector) | (vector == np.inf) if allow_inf else np.isfinite(vector)
     if not good.all():
         worst = int(np.argmin(good))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._checks import Mask, Vector, finite_number, positive_number, read_only
+from .layout import Nodes
 
 
 class Lattice:
@@ -90,15 +91,19 @@ class Lattice:
         """Ordinates of the rows, shape (rows,), ascending, length."""
         return read_only(self.origin[1] + self.spacing * np.arange(self.shape[0]))
 
+    @cached_property
+    def _nodes(self) -> Nodes:
+        return Nodes(self.mask)
+
     @property
     def node_x(self) -> Vector:
         """Abscissa of each node, shape (size,), length."""
-        return np.asarray(np.broadcast_to(self.x, self.shape)[self.mask])
+        return self._nodes.take(np.broadcast_to(self.x, self.shape))
 
     @property
     def node_y(self) -> Vector:
         """Ordinate of each node, shape (size,), length."""
-        return np.asarray(np.broadcast_to(self.y[:, None], self.shape)[self.mask])
+        return self._nodes.take(np.broadcast_to(self.y[:, None], self.shape))
 
     @cached_property
     def parts(self) -> int:
@@ -125,7 +130,7 @@ class Lattice:
         if values.shape != (self.size,):
             raise ValueError(f"vector must have shape ({self.size},), got {values.shape}")
         grid = np.full(self.shape, fill, dtype=np.result_type(values.dtype, type(fill)))
-        grid[self.mask] = values
+        self._nodes.put(grid, values)
         return grid
 
     def gather(self, grid: ArrayLike) -> NDArray[Any]:
@@ -133,7 +138,7 @@ class Lattice:
         values = np.asarray(grid)
         if values.shape != self.shape:
             raise ValueError(f"grid must have the lattice's shape {self.shape}, got {values.shape}")
-        return np.asarray(values[self.mask])
+        return self._nodes.take(values)
 
     def describe(self, node: int) -> str:
         """Name a node by its number and coordinates, for messages: ``node 3 (x=0.5, y=1)``."""

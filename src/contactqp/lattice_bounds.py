@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ._checks import Mask, Vector
+from ._checks import Mask, Vector, repeated
 from .barrier import Parabola
 from .problem import ContactQP
 from .rounding import UNDERFLOW, UNIT_ROUNDOFF
@@ -49,6 +49,8 @@ class LatticeBounds:
         self._place = self._layout.runs, self._layout.row_start
         self._shape = barrier.rows, barrier.columns, barrier.least_s
         reference = np.atleast_1d(np.asarray(problem.reference, dtype=np.float64))
+        if repeated(reference):
+            reference = reference[:1].copy()
         with Team() as team:
             strips = team.strips(1, self._layout.rows + 1, self._layout.columns)
             found = team.run(

@@ -70,6 +70,34 @@ def bounding_box(mask: Mask) -> tuple[slice, slice]:
     return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
 
 
+class Nodes:
+    """The nodes of a mask, for moving values between vectors in node order and arrays on the net.
+
+    Where the nodes fill a rectangle, as they often do, slices take the place of a mask and are several times faster.
+
+    Parameters
+    ----------
+    mask : array of bool, shape (rows, columns)
+    """
+
+    def __init__(self, mask: Mask) -> None:
+        self._mask = mask
+        box = bounding_box(mask)
+        self._box = box if mask[box].all() else None
+
+    def take(self, grid: NDArray[Any]) -> NDArray[Any]:
+        """Return a new vector of the nodes' values, in node order."""
+        return grid[self._mask] if self._box is None else grid[self._box].flatten()
+
+    def put(self, grid: NDArray[Any], vector: NDArray[Any]) -> None:
+        """Write a vector in node order to the nodes' places."""
+        if self._box is None:
+            grid[self._mask] = vector
+        else:
+            place = grid[self._box]
+            place[...] = vector.reshape(place.shape)
+
+
 def _runs(mask: Mask, supported: Mask | None) -> NDArray[np.int64]:
     kind = np.zeros((mask.shape[0], mask.shape[1] + 2), dtype=np.int8)
     kind[:, 1:-1] = mask

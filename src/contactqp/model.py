@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ._checks import Mask, Vector, finite_number, read_only, real_array
+from ._checks import Mask, Vector, finite_number, read_only, real_array, times
 from .barrier import Barrier
 from .fields import is_dataarray, on_lattice, sample
 from .lattice import Lattice
@@ -58,8 +58,6 @@ class TensionedNet:
         Active pressure at the nodes, positive downwards: force per area (cable: per length).
     support : array, shape (n,)
         Ordinate of the rigid profile, positive downwards (length); +inf where there is none.
-    nodal_load : array, shape (n,)
-        Active force P on each node (force).
     stencil : Stencil
         The stiffness G.
     """
@@ -89,10 +87,14 @@ class TensionedNet:
         self.node_area = area
         self.load: Vector = read_only(sample(lattice, load, "load"))
         self.support: Vector = read_only(sample(lattice, support, "support", allow_inf=True))
-        self.nodal_load: Vector = read_only(self.load * area)
         self._heights = _frame_heights(self.stencil, lattice, frame_height)
         needed = self.stencil.frame_points()
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
+
+    @property
+    def nodal_load(self) -> Vector:
+        """Active force P on each node (force), shape (n,)."""
+        return times(self.load, self.node_area)
 
     @cached_property
     def supported(self) -> Mask:
@@ -102,7 +104,7 @@ class TensionedNet:
     @property
     def reference(self) -> Vector:
         """Ordinates that the gap is measured from: the support, and the frame's mean height where there is none."""
-        return np.where(self.supported, self.support, self._datum)
+        return self.support if self.supported.all() else np.where(self.supported, self.support, self._datum)
 
     @cached_property
     def problem(self) -> ContactQP:
@@ -110,7 +112,7 @@ class TensionedNet:
         q = self.nodal_load - self.stencil.pull(self._padded(self.reference))
         problem = ContactQP(self.stencil, q, supported=self.supported)
         problem._gap_scale = self._gap_scale(problem.barrier)
-        problem.reference = self.reference - self._datum
+        problem.reference = self.reference - self._datum if self._datum else self.reference
         return problem
 
     def _padded(self, heights: Vector) -> Vector:

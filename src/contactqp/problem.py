@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._checks import Mask, Vector, positive_number, read_only, vector
+from ._checks import Mask, Vector, positive_number, read_only, times, vector
 from .barrier import Barrier, find_barrier
 from .layout import Layout, bounding_box
 from .stencil import Stencil
@@ -240,7 +240,10 @@ class ContactQP:
             raise ValueError("the ranges of G and q are too wide for double precision: the scaled problem overflows")
         problem.supported = self.supported
         problem._gap_scale = 1.0
-        problem.reference = self.reference / units.length
+        if isinstance(self.reference, float):
+            problem.reference = self.reference / units.length
+        else:
+            problem.reference = times(self.reference, 1 / units.length)
         if self.stencil is not None:
             problem.__dict__["layout"] = self.layout
         problem.__dict__["positive_off_diagonal"] = self.positive_off_diagonal

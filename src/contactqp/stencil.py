@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import Mask, Vector, read_only, real_array
-from .layout import Layout, bounding_box
+from .layout import Layout, Nodes, bounding_box
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -75,6 +75,10 @@ class Stencil:
         return self.size + 2 * (int(np.count_nonzero(west)) + int(np.count_nonzero(south)))
 
     @cached_property
+    def _nodes(self) -> Nodes:
+        return Nodes(self.mask)
+
+    @cached_property
     def layout(self) -> Layout:
         """The nodes within the smallest rectangle that holds them, for passes along its rows."""
         return Layout(np.ascontiguousarray(self.mask[bounding_box(self.mask)]))
@@ -101,7 +105,7 @@ class Stencil:
         if self.uniform:
             return np.full(self.size, self._joined_arms())
         west, east, south, north = self._weights()
-        return np.asarray(np.broadcast_to((west + east) + (south + north), self.mask.shape)[self.mask])
+        return self._nodes.take(np.broadcast_to((west + east) + (south + north), self.mask.shape))
 
     def _joined_arms(self) -> float:
         """Return the stiffness of four equal arms together."""
@@ -119,7 +123,7 @@ class Stencil:
         result -= east * padded[1:-1, 2:]
         result -= south * padded[:-2, 1:-1]
         result -= north * padded[2:, 1:-1]
-        return np.asarray(result[self.mask])
+        return self._nodes.take(result)
 
     def pull(self, height: _Grid) -> Vector:
         """Return the force with which the arms resist a shape: sum of stiffness x (own height - the other end's).
@@ -140,7 +144,7 @@ class Stencil:
         own = height[1:-1, 1:-1]
         force = west * (own - height[1:-1, :-2]) + east * (own - height[1:-1, 2:])
         force = force + (south * (own - height[:-2, 1:-1]) + north * (own - height[2:, 1:-1]))
-        return np.asarray(force[self.mask])
+        return self._nodes.take(force)
 
     def pull_and_magnitude(self, height: _Grid) -> tuple[Vector, Vector]:
         """Return the force of `pull`, and the same sum with the moduli of the differences."""
@@ -154,7 +158,7 @@ class Stencil:
             first, second = own - one, own - other
             force += arms[0] * first + arms[1] * second
             magnitude += arms[0] * np.abs(first) + arms[1] * np.abs(second)
-        return np.asarray(force[self.mask]), np.asarray(magnitude[self.mask])
+        return self._nodes.take(force), self._nodes.take(magnitude)
 
     def _refuse_floating_parts(self) -> None:
         from scipy.sparse import csgraph
@@ -178,7 +182,7 @@ class Stencil:
         """Lay a vector in node order out on the net with a ring of frame points about it."""
         rows, columns = self.mask.shape
         padded = np.full((rows + 2, columns + 2), fill)
-        padded[1:-1, 1:-1][self.mask] = vector
+        self._nodes.put(padded[1:-1, 1:-1], vector)
         return padded
 
     def padded_mask(self) -> Mask:

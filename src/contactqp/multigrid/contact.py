@@ -20,8 +20,8 @@ from .hierarchy import Hierarchy
 from .net import Net
 from .net_kernels import net_kernels, start_from_coarse
 
-_SWEEPS = 2
-_MOST_SWEEPS = 16
+_SWEEPS = 3
+_MOST_SWEEPS = 24
 _STALLING = 0.5
 """Contraction above which a cycle of a net at rest counts as stalling: it is 0.05 to 0.15 as a rule."""
 

@@ -146,9 +146,9 @@ def coarsen_level(fine, fine_kind, constant, stencil, kind, row_coarsening, colu
 def set_factors(stencil, kind, constant, lo, hi):  # type: ignore[no-untyped-def]
     """Write the factors of Jacobi's method on the rows [lo, hi).
 
-    Where a row's moduli sum to twice the diagonal, as they do for a Laplacian, the factor is 8/9 over the diagonal: best
-    for bilinear elements, whose rough modes have eigenvalues in [3/4, 3/2]. Where a basis function is truncated, the
-    sum can be larger, and the factor is smaller by as much; so no eigenvalue of factor x operator exceeds 16/9 < 2
+    Where a row's moduli sum to twice the diagonal, as they do for a Laplacian, the factor is 8/9 over the diagonal:
+    best for bilinear elements, whose rough modes have eigenvalues in [3/4, 3/2]. Where a basis function is truncated,
+    the sum can be larger, and the factor is smaller by as much; so no eigenvalue of factor x operator exceeds 16/9 < 2
     (Gershgorin), and the method always converges.
     """
     for i in range(lo, hi):
