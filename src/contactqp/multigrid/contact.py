@@ -18,7 +18,7 @@ from ..layout import Grid
 from ..team import Team
 from .hierarchy import Hierarchy
 from .net import Net
-from .net_kernels import net_kernels, start_from_coarse
+from .net_kernels import exchange_kernels, net_kernels, start_from_coarse
 
 _SWEEPS = 3
 _MOST_SWEEPS = 24
@@ -60,10 +60,11 @@ class ContactMultigrid:
         self.omega, self._next = net.layout.zeros(), net.layout.zeros()
         self.hierarchy = Hierarchy(net, team)
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
-        self._kernels = net_kernels(net.varying, self.hierarchy.levels[0].precision)
+        self._kernels = net_kernels(net.varying)
+        self._exchange = exchange_kernels(net.varying, self.hierarchy.levels[0].plan.precision)
         self._strips = team.strips(1, net.rows + 1, net.columns)
         self._place = net.layout.runs, net.layout.row_start
-        self._coarsening = self.hierarchy.levels[0].row_coarsening, self.hierarchy.levels[0].column_coarsening
+        self._coarsening = self.hierarchy.levels[0].factors
         self._sweeps = _SWEEPS
         self._outdated = True
         self._careful = net.varying
@@ -93,7 +94,7 @@ class ContactMultigrid:
             self.work += self.hierarchy.points
         self.hierarchy.cycle()
         arguments = self.omega, self._next, self.hierarchy.levels[0].correction, *self._coarsening, *self._place
-        self.cut = sum(self.team.run(self._kernels.correct, self._strips, *arguments))
+        self.cut = sum(self.team.run(self._exchange.correct, self._strips, *arguments))
         self.work += 1 + self.hierarchy.cycle_work
         self.damping = self._line_search() if self.cut or self._careful else 1.0
         self.omega, self._next = self._next, self.omega
@@ -117,16 +118,16 @@ class ContactMultigrid:
 
     def _sweep(self) -> None:
         problem = self.omega, self.q, self.net.across, self.net.along, *self._place
-        self.team.run(self._kernels.sweep, self._strips, *problem)
+        self.team.run(self._kernels.sweep, self._strips, *problem, False)
         for row in {row for lo, hi in self._strips for row in (lo, hi - 1)}:
-            self._kernels.relax_black(*problem, row, row + 1)
+            self._kernels.sweep(*problem, True, row, row + 1)
 
     def _restrict(self, runs: NDArray[np.int64]) -> tuple[int, float]:
         """Restrict the residual; see `net_kernels`."""
         first = self.hierarchy.levels[0]
         problem = self.omega, self.q, self.net.across, self.net.along, runs, self.net.layout.row_start
         arguments = *problem, self.hierarchy.active, first.residual, *self._coarsening, 1 / self.net.reach
-        found = self.team.run(self._kernels.restrict_residual, first.strips, *arguments)
+        found = self.team.run(self._exchange.restrict_residual, first.strips, *arguments)
         return sum(changes for changes, _ in found), max(worst for _, worst in found)
 
     def _line_search(self) -> float:

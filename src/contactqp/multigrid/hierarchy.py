@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..team import Team
 from . import galerkin_kernels
-from .level_kernels import level_kernels
+from .level_kernels import level_kernels, transfer_kernels
 from .net import Net, coarsening
+from .net_kernels import exchange_kernels, net_kernels
 
 _COARSEST_SWEEPS = 10
 
@@ -21,19 +24,29 @@ Twice the error a unit of residual makes, times 6e-8, is what a cycle loses: 0.0
 """
 
 
+@dataclass(frozen=True)
+class Plan:
+    """Shape of a coarse level, how it follows from the finer one, and the precision of its vectors."""
+
+    rows: int
+    columns: int
+    row_coarsening: int
+    column_coarsening: int
+    precision: str
+
+
 class Level:
     """One coarse level: its operator and the vectors of a cycle."""
 
-    def __init__(self, rows: int, columns: int, row_coarsening: int, column_coarsening: int, precision: str) -> None:
-        self.rows, self.columns = rows, columns
-        self.row_coarsening, self.column_coarsening = row_coarsening, column_coarsening
-        self.precision = precision
-        shape = (rows + 2, columns + 2)
+    def __init__(self, plan: Plan, team: Team) -> None:
+        self.plan = plan
+        shape = (plan.rows + 2, plan.columns + 2)
+        self.factors = plan.row_coarsening, plan.column_coarsening
+        self.strips = team.strips(1, plan.rows + 1, plan.columns)
         self.stencil = np.zeros((6, *shape), dtype=np.float32)
         self.kind = np.zeros(shape, dtype=np.uint8)
         self.constant = np.zeros(6, dtype=np.float32)
-        self.residual, self.correction, self.spare = (np.zeros(shape, dtype=precision) for _ in range(3))
-        self.strips: list[tuple[int, int]] = []
+        self.residual, self.correction, self.spare = (np.zeros(shape, dtype=plan.precision) for _ in range(3))
 
 
 class Hierarchy:
@@ -48,9 +61,7 @@ class Hierarchy:
     def __init__(self, net: Net, team: Team) -> None:
         self.net, self.team = net, team
         self.active: NDArray[np.uint8] = net.layout.zeros(np.uint8)
-        self.levels = _levels(net)
-        for level in self.levels:
-            level.strips = team.strips(1, level.rows + 1, level.columns)
+        self.levels = [Level(plan, team) for plan in plans(net)]
         if not net.varying:
             self._find_constants()
 
@@ -66,8 +77,7 @@ class Hierarchy:
             first.constant,
             first.stencil,
             first.kind,
-            first.row_coarsening,
-            first.column_coarsening,
+            *first.factors,
             not self.net.varying,
         )
         self._set_factors(first)
@@ -80,8 +90,7 @@ class Hierarchy:
                 level.constant,
                 level.stencil,
                 level.kind,
-                level.row_coarsening,
-                level.column_coarsening,
+                *level.factors,
             )
             self._set_factors(level)
 
@@ -95,26 +104,25 @@ class Hierarchy:
         than a V-cycle where each level has a quarter of the points, and half of the contraction factor.
         """
         level = self.levels[depth]
-        coarse = self.levels[min(depth + 1, len(self.levels) - 1)]
-        kernels = level_kernels(level.precision, coarse.precision)
-        if level is coarse:
+        kernels = level_kernels(level.plan.precision)
+        if depth == len(self.levels) - 1:
             kernels.solve_coarsest(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
             return
-        run = self.team.run
-        factors = coarse.row_coarsening, coarse.column_coarsening
+        run, coarse = self.team.run, self.levels[depth + 1]
+        transfers = transfer_kernels(level.plan.precision, coarse.plan.precision)
         run(kernels.smooth_from_zero, level.strips, level.stencil, level.residual, level.correction)
         for full_below in (True, False) if full else (False,):
             state = level.stencil, level.residual, level.correction
-            run(kernels.restrict, coarse.strips, *state, coarse.residual, *factors)
+            run(transfers.restrict, coarse.strips, *state, coarse.residual, *coarse.factors)
             self.cycle(depth + 1, full=full_below)
-            run(kernels.add_interpolated, level.strips, level.correction, coarse.correction, *factors)
+            run(transfers.add_interpolated, level.strips, level.correction, coarse.correction, *coarse.factors)
             run(kernels.smooth, level.strips, *state, level.spare)
             level.correction, level.spare = level.spare, level.correction
 
     @cached_property
     def points(self) -> float:
         """Points of all levels over the net's nodes."""
-        return sum(level.rows * level.columns for level in self.levels) / self.net.layout.size
+        return sum(level.residual.size for level in self.levels) / self.net.layout.size
 
     @cached_property
     def cycle_work(self) -> float:
@@ -123,7 +131,7 @@ class Hierarchy:
         A level is visited once more than the one above it; a visit is four passes (two steps of Jacobi's method, the
         residual and the interpolation).
         """
-        visits = sum((depth + 1) * level.rows * level.columns for depth, level in enumerate(self.levels))
+        visits = sum((depth + 1) * level.residual.size for depth, level in enumerate(self.levels))
         return 4 * visits / self.net.layout.size
 
     def _find_constants(self) -> None:
@@ -142,8 +150,7 @@ class Hierarchy:
             unused,
             stencil,
             kind,
-            first.row_coarsening,
-            first.column_coarsening,
+            *first.factors,
             False,
             1,
             width + 1,
@@ -158,8 +165,7 @@ class Hierarchy:
                 unused,
                 stencil,
                 kind,
-                level.row_coarsening,
-                level.column_coarsening,
+                *level.factors,
                 1,
                 width + 1,
             )
@@ -167,20 +173,32 @@ class Hierarchy:
             level.constant = stencil[:, middle, middle].copy()
 
 
-def _levels(net: Net) -> list[Level]:
+def plans(net: Net) -> list[Plan]:
     """Return levels down to the smallest; a net that is not coarsened gets one of its own size."""
     rows, columns = net.rows, net.columns
     across, along = net.typical_arms
     reach = net.reach * net.stiffest
-    levels: list[Level] = []
+    found: list[Plan] = []
     while True:
         down, right = coarsening(rows, columns, across, along)
-        if down * right == 1 and levels:
-            return levels
+        if down * right == 1 and found:
+            return found
         precision = "float64" if reach > _SINGLE_PRECISION_REACH else "float32"
         rows, columns = rows // down, columns // right
         across, along = across * down / right, along * right / down
         reach /= down * right
-        levels.append(Level(rows, columns, down, right, precision))
+        found.append(Plan(rows, columns, down, right, precision))
         if down * right == 1:
-            return levels
+            return found
+
+
+def load_kernels(net: Net) -> None:
+    """Compile or load whatever a solution on ``net`` and its coarser ones calls."""
+    precisions = [plan.precision for plan in plans(net)]
+    galerkin_kernels.coarsen_net(net.varying)
+    net_kernels(net.varying)
+    for own in precisions:
+        exchange_kernels(net.varying, own)
+        level_kernels(own)
+    for own, coarser in pairwise(precisions):
+        transfer_kernels(own, coarser)

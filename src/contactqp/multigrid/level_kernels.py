@@ -126,26 +126,36 @@ class LevelKernels(NamedTuple):
 
     smooth_from_zero: Any
     smooth: Any
-    restrict: Any
-    add_interpolated: Any
     solve_coarsest: Any
 
 
+class TransferKernels(NamedTuple):
+    """The passes between a level and the next, compiled."""
+
+    restrict: Any
+    add_interpolated: Any
+
+
 @cache
-def level_kernels(own: str, coarser: str) -> LevelKernels:
-    """Compile the passes for vectors of the precisions ``own`` and, on the next level, ``coarser``, or load them.
-
-    Each is "float32" or "float64".
-    """
-    vector, coarse = f"{own}[:, ::1]", f"{coarser}[:, ::1]"
-
-    def compiled(function: Any, signature: str) -> Any:
-        return njit(f"void({signature})", cache=True, nogil=True, error_model="numpy", fastmath=_FAST)(function)
-
+def level_kernels(precision: str) -> LevelKernels:
+    """Compile the passes for vectors of "float32" or "float64", or load them."""
+    vector = f"{precision}[:, ::1]"
     return LevelKernels(
-        smooth_from_zero=compiled(_smooth_from_zero, f"{_STENCIL}, {vector}, {vector}, int64, int64"),
-        smooth=compiled(_smooth, f"{_STENCIL}, {vector}, {vector}, {vector}, int64, int64"),
-        restrict=compiled(_restrict, f"{_STENCIL}, {vector}, {vector}, {coarse}, int64, int64, int64, int64"),
-        add_interpolated=compiled(_add_interpolated, f"{vector}, {coarse}, int64, int64, int64, int64"),
-        solve_coarsest=compiled(_solve_coarsest, f"{_STENCIL}, {vector}, {vector}, int64"),
+        smooth_from_zero=_compiled(_smooth_from_zero, f"{_STENCIL}, {vector}, {vector}, int64, int64"),
+        smooth=_compiled(_smooth, f"{_STENCIL}, {vector}, {vector}, {vector}, int64, int64"),
+        solve_coarsest=_compiled(_solve_coarsest, f"{_STENCIL}, {vector}, {vector}, int64"),
     )
+
+
+@cache
+def transfer_kernels(own: str, coarser: str) -> TransferKernels:
+    """Compile the passes for vectors of these precisions on a level and the next, or load them."""
+    vector, coarse = f"{own}[:, ::1]", f"{coarser}[:, ::1]"
+    return TransferKernels(
+        restrict=_compiled(_restrict, f"{_STENCIL}, {vector}, {vector}, {coarse}, int64, int64, int64, int64"),
+        add_interpolated=_compiled(_add_interpolated, f"{vector}, {coarse}, int64, int64, int64, int64"),
+    )
+
+
+def _compiled(function: Any, signature: str) -> Any:
+    return njit(f"void({signature})", cache=True, nogil=True, error_model="numpy", fastmath=_FAST)(function)

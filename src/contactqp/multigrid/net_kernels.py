@@ -59,23 +59,19 @@ def _relax_row(omega, q, across, along, runs, row_start, i, colour, buffer):  # 
             own[k] = buffer[k]
 
 
-def _sweep(omega, q, across, along, runs, row_start, lo, hi):  # type: ignore[no-untyped-def]
+def _sweep(omega, q, across, along, runs, row_start, only_black, lo, hi):  # type: ignore[no-untyped-def]
     """Red, then black projected Gauss-Seidel on the rows [lo, hi), but not the black nodes of its two border rows.
 
-    Black nodes of a row follow as soon as the row above has been done in red, while it is in the cache.
+    Black nodes of a row follow as soon as the row above has been done in red, while it is in the cache. The border rows
+    have to wait for the neighbouring strips: then ``only_black`` relaxes all the black nodes.
     """
     buffer = np.empty(omega.shape[1])
     for i in range(lo, hi):
-        _relax_row(omega, q, across, along, runs, row_start, i, 0, buffer)
-        if i - 1 > lo:
-            _relax_row(omega, q, across, along, runs, row_start, i - 1, 1, buffer)
-
-
-def _relax_black(omega, q, across, along, runs, row_start, lo, hi):  # type: ignore[no-untyped-def]
-    """Relax the black nodes of the rows [lo, hi)."""
-    buffer = np.empty(omega.shape[1])
-    for i in range(lo, hi):
-        _relax_row(omega, q, across, along, runs, row_start, i, 1, buffer)
+        if not only_black:
+            _relax_row(omega, q, across, along, runs, row_start, i, 0, buffer)
+        black = i if only_black else i - 1
+        if only_black or black > lo:
+            _relax_row(omega, q, across, along, runs, row_start, black, 1, buffer)
 
 
 @njit(error_model="numpy", fastmath=_FAST)
@@ -234,35 +230,49 @@ def start_from_coarse(  # type: ignore[no-untyped-def]
 
 
 class NetKernels(NamedTuple):
-    """The passes, compiled for equal or for varying arms."""
+    """The passes over the net, compiled for equal or for varying arms."""
 
     sweep: Any
-    relax_black: Any
-    restrict_residual: Any
-    correct: Any
     energy_slope: Any
 
 
+class ExchangeKernels(NamedTuple):
+    """The passes between the net and the first coarse level, compiled."""
+
+    restrict_residual: Any
+    correct: Any
+
+
 @cache
-def net_kernels(varying: bool, coarser: str) -> NetKernels:
-    """Compile the passes for equal or varying arms and the precision of the first coarse level, or load them."""
-    coarse = f"{coarser}[:, ::1]"
-    arms = GRID if varying else "float64"
-    runs = f"{RUNS}, int64[::1]"
-    problem = f"{GRID}, {GRID}, {arms}, {arms}, {runs}"
-
-    def compiled(function: Any, signature: str) -> Any:
-        return njit(signature, cache=True, nogil=True, error_model="numpy", fastmath=_FAST)(function)
-
+def net_kernels(varying: bool) -> NetKernels:
+    """Compile the passes for equal or varying arms, or load them."""
+    problem = _problem(varying)
     return NetKernels(
-        sweep=compiled(_sweep, f"void({problem}, int64, int64)"),
-        relax_black=compiled(_relax_black, f"void({problem}, int64, int64)"),
-        restrict_residual=compiled(
-            _restrict_residual,
-            f"Tuple((int64, float64))({problem}, uint8[:, ::1], {coarse}, int64, int64, float64, int64, int64)",
-        ),
-        correct=compiled(_correct, f"int64({GRID}, {GRID}, {coarse}, int64, int64, {runs}, int64, int64)"),
-        energy_slope=compiled(
-            _energy_slope, f"UniTuple(float64, 2)({GRID}, {GRID}, {GRID}, {arms}, {arms}, {runs}, int64, int64)"
-        ),
+        sweep=_compiled(_sweep, f"void({problem}, boolean, int64, int64)"),
+        energy_slope=_compiled(_energy_slope, f"UniTuple(float64, 2)({GRID}, {problem}, int64, int64)"),
     )
+
+
+@cache
+def exchange_kernels(varying: bool, coarser: str) -> ExchangeKernels:
+    """Compile the passes for equal or varying arms and vectors of "float32" or "float64" below, or load them."""
+    coarse, exchange = f"{coarser}[:, ::1]", "int64, int64, float64, int64, int64"
+    return ExchangeKernels(
+        restrict_residual=_compiled(
+            _restrict_residual,
+            f"Tuple((int64, float64))({_problem(varying)}, uint8[:, ::1], {coarse}, {exchange})",
+        ),
+        correct=_compiled(_correct, f"int64({GRID}, {GRID}, {coarse}, int64, int64, {_PLACE}, int64, int64)"),
+    )
+
+
+_PLACE = f"{RUNS}, int64[::1]"
+
+
+def _problem(varying: bool) -> str:
+    arms = GRID if varying else "float64"
+    return f"{GRID}, {GRID}, {arms}, {arms}, {_PLACE}"
+
+
+def _compiled(function: Any, signature: str) -> Any:
+    return njit(signature, cache=True, nogil=True, error_model="numpy", fastmath=_FAST)(function)
