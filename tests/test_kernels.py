@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from strategies import lattice_masks
 
 import contactqp as cq
+from contactqp.layout import Layout
 from contactqp.sor.relaxation import AdaptiveRelaxation, best_factor
-from contactqp.sor.sweepers import LatticeSweeper, SparseSweeper, runs_of
+from contactqp.sor.sweepers import LatticeSweeper, SparseSweeper
 from contactqp.stencil import Stencil
 from contactqp.stiffness import SparseStiffness
 
@@ -55,7 +56,11 @@ def test_red_black_order_by_hand():
 
 def test_runs_by_hand():
     mask = np.array([[True, False, True, True], [False, False, False, False], [True, True, True, True]])
-    np.testing.assert_array_equal(runs_of(mask), [[1, 1, 2], [1, 3, 5], [3, 1, 5]])
+    np.testing.assert_array_equal(Layout(mask).runs, [[1, 1, 2, 0, 1], [1, 3, 5, 1, 1], [3, 1, 5, 3, 1]])
+    supported = np.array([[True, False, True, False], [False] * 4, [True, False, False, True]])
+    kinds = [[1, 1, 2, 0, 1], [1, 3, 4, 1, 1], [1, 4, 5, 2, 0], [3, 1, 2, 3, 1], [3, 2, 4, 4, 0], [3, 4, 5, 6, 1]]
+    np.testing.assert_array_equal(Layout(mask, supported).runs, kinds)
+    np.testing.assert_array_equal(Layout(mask).row_start, [0, 0, 2, 2, 3, 3])
 
 
 @given(

@@ -113,6 +113,8 @@ class TensionedNet:
         problem = ContactQP(self.stencil, q, supported=self.supported)
         problem._gap_scale = self._gap_scale(problem.barrier)
         problem.reference = self.reference - self._datum if self._datum else self.reference
+        if self._heights is not None:
+            problem.frame_reference = np.where(self.stencil.frame_points(), self._heights - self._datum, 0.0)
         return problem
 
     def _padded(self, heights: Vector) -> Vector:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ._checks import Mask, Vector, positive_number, read_only, times, vector
 from .barrier import Barrier, find_barrier
-from .layout import Layout, bounding_box
+from .layout import Grid, Layout, bounding_box
 from .stencil import Stencil
 from .stiffness import SparseStiffness, checked_matrix, refuse_indefinite, weakly_dominant
 
@@ -66,6 +66,8 @@ class ContactQP:
     ----------
     reference : array, shape (n,), or 0
         Ordinates that a model measures the gap from: reference - ω is its deflection.
+    frame_reference : array, shape (rows + 2, columns + 2), or None
+        On a lattice whose frame is not at height zero: ordinates of the frame points, on the net with a ring about it.
 
     Notes
     -----
@@ -105,6 +107,7 @@ class ContactQP:
         self.supported: Mask = read_only(_support_mask(supported, self.size))
         self._gap_scale = None if gap_scale is None else positive_number(gap_scale, "gap_scale")
         self.reference: Vector | float = 0.0
+        self.frame_reference: Grid | None = None
 
     @property
     def size(self) -> int:
@@ -140,6 +143,18 @@ class ContactQP:
         supported = np.zeros(stencil.mask.shape, dtype=np.bool_)
         supported[stencil.mask] = self.supported
         return Layout(stencil.layout.mask, np.ascontiguousarray(supported[bounding_box(stencil.mask)]))
+
+    def reference_grid(self) -> Grid:
+        """Return the reference ordinates of nodes and frame points on the grid of `layout`."""
+        stencil, layout = self.stencil, self.layout
+        assert stencil is not None
+        reference = np.broadcast_to(np.asarray(self.reference, dtype=np.float64), (self.size,))
+        grid = layout.grid(np.ascontiguousarray(reference))
+        if self.frame_reference is not None:
+            rows, columns = bounding_box(stencil.mask)
+            frame = self.frame_reference[rows.start : rows.stop + 2, columns.start : columns.stop + 2]
+            np.copyto(grid, frame, where=~np.pad(layout.mask, 1))
+        return grid
 
     @cached_property
     def positive_off_diagonal(self) -> tuple[int, int, float] | None:
@@ -244,6 +259,7 @@ class ContactQP:
             problem.reference = self.reference / units.length
         else:
             problem.reference = times(self.reference, 1 / units.length)
+        problem.frame_reference = None if self.frame_reference is None else self.frame_reference / units.length
         if self.stencil is not None:
             problem.__dict__["layout"] = self.layout
         problem.__dict__["positive_off_diagonal"] = self.positive_off_diagonal

@@ -116,6 +116,34 @@ class Solution:
             )
         return self.model
 
+    def polish(self, *, tol: float | None = None) -> Solution:
+        """Return the answer after active sets have gone on from it: exact to rounding, if the matrix is an M-matrix.
+
+        Parameters
+        ----------
+        tol : float, optional
+            Wanted bound, relative as in `solve`; by default the one that was asked for before.
+
+        Raises
+        ------
+        UnsuitableProblemError
+            If the matrix is no Z-matrix.
+        ValueError
+            If there is no finite answer to go on from.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> rough = cq.solve(cq.gallery.paper_hexagon(), "osqp", tol=1e-2)
+        >>> exact = rough.polish(tol=1e-11)
+        >>> exact.status.value, exact.certificate.gap_bound < rough.certificate.gap_bound
+        ('certified', True)
+        """
+        from .solve import solve
+
+        problem = self.problem if self.model is None else self.model
+        return solve(problem, "active-set", tol=self.tol if tol is None else tol, warm_start=self)
+
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the net as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
 

@@ -69,8 +69,7 @@ class Multigrid(Backend):
                 start = np.where(problem.supported, np.maximum(task.warm_start, 0.0), task.warm_start)
                 solver.omega[...] = net.layout.grid(start)
             else:
-                reference = np.broadcast_to(np.asarray(problem.reference, dtype=np.float64), (problem.size,))
-                height = net.layout.grid(np.ascontiguousarray(reference))
+                height = problem.reference_grid()
                 solver = nested_start(
                     net, q, height, team, lambda nodes: task.progress.update(f"nested iteration, {nodes} nodes")
                 )

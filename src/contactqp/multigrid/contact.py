@@ -156,7 +156,7 @@ def nested_start(
     ----------
     net : Net
     q, height : array, shape (rows + 2, columns + 2)
-        Reaction that would hold the gap shut, and the ordinates that the gap is measured from.
+        Reaction that would hold the gap shut, and the ordinates that the gap is measured from, on the frame its own.
     team : Team
     report : callable
         Called with the number of nodes of each net that is begun.
@@ -168,10 +168,9 @@ def nested_start(
     np.copyto(solver.omega, height)
     load = solver.restrict_load()
     solver.omega[...] = 0.0
-    down, right = net.row_coarsening, net.column_coarsening
-    inner = height[down::down, right::right][: coarse.rows, : coarse.columns]
-    coarse_height = coarse.layout.zeros()
-    coarse_height[1:-1, 1:-1] = np.where(coarse.layout.mask, inner, 0.0)
+    rows = np.minimum(net.row_coarsening * np.arange(coarse.rows + 2), net.rows + 1)
+    columns = np.minimum(net.column_coarsening * np.arange(coarse.columns + 2), net.columns + 1)
+    coarse_height = height[np.ix_(rows, columns)]
     coarse_q = coarse.layout.zeros()
     coarse_q[1:-1, 1:-1] = np.where(coarse.layout.mask, load - coarse.resistance(coarse_height), 0.0)
     coarser = nested_start(coarse, coarse_q, coarse_height, team, report)

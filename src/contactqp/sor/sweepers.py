@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._checks import Mask, Vector
+from ..layout import Layout
 from ..stencil import Stencil
 from ..stiffness import Stiffness
 from . import kernels
@@ -56,7 +56,7 @@ class LatticeSweeper:
         self._drive = stencil.pad(q / diagonal)
         self._lower = stencil.pad(np.where(supported, 0.0, -np.inf))
         self._omega = stencil.pad(np.zeros(self.size) if start is None else start)
-        self._runs = runs_of(stencil.mask)
+        self._runs = np.ascontiguousarray(Layout(stencil.mask).runs[:, :3])
         self._kernel = kernels.red_black_sweeps if red_black else kernels.lexicographic_sweeps
 
     def sweep(self, beta: float, sweeps: int, small: float = 0.0) -> tuple[int, float]:
@@ -123,11 +123,3 @@ class SparseSweeper:
     def gap(self) -> Vector:
         """See `Sweeper`."""
         return self._omega.copy()
-
-
-def runs_of(mask: Mask) -> NDArray[np.int64]:
-    """Return (row, first column, one past the last column) of every run of nodes, for the padded net."""
-    edges = np.diff(np.pad(mask, ((0, 0), (1, 1))).astype(np.int8), axis=1)
-    rows, first = np.nonzero(edges == 1)
-    _, last = np.nonzero(edges == -1)
-    return np.ascontiguousarray(np.column_stack([rows + 1, first + 1, last + 1]).astype(np.int64))
