@@ -17,10 +17,14 @@ from .rounding import UNDERFLOW, UNIT_ROUNDOFF, growth_bound
 from .stencil import Stencil
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scipy.sparse import csr_array
+
     from .stiffness import Stiffness
 
-_DIRECT_SIZE = 2000
-"""Up to this many rows a factorisation is faster than conjugate gradients."""
+_DIRECT_SIZE = 4000
+"""Up to this many rows a factorisation is faster than multigrid, which has kernels to load."""
 
 
 class Barrier:
@@ -114,17 +118,25 @@ def find_barrier(stiffness: Stiffness) -> Barrier | None:
 
     On a lattice the candidates cost one pass at most: a paraboloid about the middle of the nodes, and a
     parabola across them along x or y, each >= 0 on the frame; the one with the least `Barrier.reach` is
-    taken. Otherwise v is found by a linear solve: with D = diag(G)^(-1/2), which takes out the units of the unknowns,
-    D G D y = 1 and v = D y.
+    taken, also for the matrix of a rectangular lattice, where it is checked. Otherwise v is found by a linear solve:
+    with D = diag(G)^(-1/2), which takes out the units of the unknowns, D G D y = 1 and v = D y.
     """
-    if isinstance(stiffness, Stencil):
-        candidates: list[Barrier] = _parabolas(stiffness)
-        if not stiffness.uniform:
+    stencil = stiffness if isinstance(stiffness, Stencil) else _hidden_stencil(stiffness)
+    if stencil is not None:
+        candidates: list[Barrier] = _parabolas(stencil)
+        if stiffness is not stencil or not stencil.uniform:
             checked = [_checked(stiffness, parabola.v, parabola.kind) for parabola in candidates]
             candidates = [candidate for candidate in checked if candidate is not None]
         if candidates:
             return min(candidates, key=lambda candidate: candidate.reach)
     return _solved(stiffness)
+
+
+def _hidden_stencil(stiffness: Stiffness) -> Stencil | None:
+    """Return the lattice in a matrix that is large enough for a linear solve to cost more than the look."""
+    from .recognition import rectangle_of
+
+    return rectangle_of(stiffness.tocsr()) if stiffness.size > _DIRECT_SIZE else None
 
 
 def _parabolas(stencil: Stencil) -> list[Barrier]:
@@ -190,25 +202,37 @@ def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
 
 
 def _solved(stiffness: Stiffness) -> Barrier | None:
+    """Return a barrier from a linear solve, and None where the matrix turns out not to be positive definite."""
     from scipy import sparse
     from scipy.sparse import linalg
 
     balance = 1 / np.sqrt(stiffness.diagonal())
-    ones = np.ones(stiffness.size)
+    scaling = sparse.diags_array(balance)
+    matrix = (scaling @ stiffness.tocsr() @ scaling).tocsr()
     if stiffness.size > _DIRECT_SIZE:
-        operator = linalg.LinearOperator(
-            (stiffness.size, stiffness.size),
-            matvec=lambda y: balance * stiffness.matvec(balance * np.ravel(y)),
-            dtype=np.float64,
-        )
-        for tolerance in (1e-3, 1e-6):
-            y, _ = linalg.cg(operator, ones, rtol=tolerance, maxiter=4000)
+        for y in _iterated(matrix, 1 / balance):
             barrier = _checked(stiffness, balance * y, "linear solve")
             if barrier is not None:
                 return barrier
-    scaling = sparse.diags_array(balance)
     try:
-        factors = linalg.splu((scaling @ stiffness.tocsr() @ scaling).tocsc(), permc_spec="MMD_AT_PLUS_A")
+        factors = linalg.splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A")
     except RuntimeError:
         return None
-    return _checked(stiffness, balance * factors.solve(ones), "linear solve")
+    return _checked(stiffness, balance * factors.solve(np.ones(stiffness.size)), "linear solve")
+
+
+def _iterated(matrix: csr_array, candidate: Vector) -> Iterator[Vector]:
+    """Return solutions of matrix y = 1 by conjugate gradients, first to a rough tolerance and then to a finer one."""
+    from scipy.linalg import LinAlgError
+    from scipy.sparse import linalg
+
+    from .active_set.amg import Amg
+
+    matrix.sort_indices()
+    try:
+        amg = Amg(matrix, candidate)
+    except LinAlgError:
+        return
+    preconditioner = linalg.LinearOperator(matrix.shape, matvec=lambda y: amg.cycle(np.ravel(y)), dtype=np.float64)
+    for tolerance in (1e-3, 1e-6):
+        yield linalg.cg(matrix, np.ones(matrix.shape[0]), rtol=tolerance, maxiter=400, M=preconditioner)[0]

@@ -6,11 +6,11 @@ backwards after the coarse correction is symmetric, as conjugate gradients want 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._checks import Vector
+from .._checks import Mask, Vector
 from .aggregation import aggregate
 
 if TYPE_CHECKING:
@@ -32,12 +32,17 @@ class Level:
 
     def __init__(self, matrix: csr_array) -> None:
         self.matrix = matrix
-        self.rows = matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32), matrix.data
+        self.rows = rows_of(matrix)
         self.inverse_diagonal = 1.0 / matrix.diagonal()
 
 
+def rows_of(matrix: csr_array) -> tuple[Any, Any, Vector]:
+    """Return a sparse array's pointers, column numbers and entries as the kernels take them."""
+    return matrix.indptr.astype(np.int32, copy=False), matrix.indices.astype(np.int32, copy=False), matrix.data
+
+
 class Amg:
-    """A hierarchy for a symmetric positive definite M-matrix.
+    """A hierarchy for a symmetric positive definite M-matrix, or for its part that belongs to the open nodes.
 
     Parameters
     ----------
@@ -45,6 +50,8 @@ class Amg:
         With ascending column numbers.
     candidate : array, shape (n,), optional
         A positive vector that the matrix nearly annihilates, away from where it is held; ones by default.
+    open_nodes : array of bool, shape (n,), optional
+        The part, all by default; at the other nodes the result of a cycle is zero.
 
     Attributes
     ----------
@@ -54,8 +61,8 @@ class Amg:
         Restriction from each level to the next, and prolongation back.
     """
 
-    def __init__(self, matrix: csr_array, candidate: Vector | None = None) -> None:
-        self.levels = [Level(matrix)]
+    def __init__(self, matrix: csr_array, candidate: Vector | None = None, open_nodes: Mask | None = None) -> None:
+        self.levels = [Level(matrix if open_nodes is None else _part(matrix, open_nodes))]
         self.transfers: list[tuple[csr_array, csr_array]] = []
         vector = np.ones(matrix.shape[0]) if candidate is None else candidate
         while self.levels[-1].matrix.shape[0] > _COARSEST and len(self.levels) < _MOST_LEVELS:
@@ -70,6 +77,16 @@ class Amg:
             self.transfers.append((restriction, prolongation))
             self.levels.append(Level(coarse))
         self._factors = _factorised(self.levels[-1].matrix)
+        self._open: Mask | None = None
+        if open_nodes is not None:
+            self.levels[0] = Level(matrix)
+            self.restrict_to(open_nodes)
+
+    def restrict_to(self, open_nodes: Mask) -> None:
+        """Take another part, for the finest sweeps only: good enough for a few nodes more or less."""
+        level = self.levels[0]
+        self._open = open_nodes
+        level.inverse_diagonal = np.where(open_nodes, 1.0 / level.matrix.diagonal(), 0.0)
 
     def cycle(self, right: Vector, depth: int = 0) -> Vector:
         """Return the result of a V-cycle from zero."""
@@ -82,6 +99,8 @@ class Amg:
         x, rest = np.empty_like(right), np.empty_like(right)
         sparse_kernels.sweep_from_zero(*level.rows, level.inverse_diagonal, right, x)
         sparse_kernels.residual(*level.rows, right, x, rest)
+        if depth == 0 and self._open is not None:
+            rest[~self._open] = 0.0
         x += up @ self.cycle(down @ rest, depth + 1)
         sparse_kernels.sweep(*level.rows, level.inverse_diagonal, right, x, True)
         return x
@@ -90,6 +109,15 @@ class Amg:
         sizes = " > ".join(str(level.matrix.shape[0]) for level in self.levels)
         entries = sum(level.matrix.nnz for level in self.levels) / self.levels[0].matrix.nnz
         return f"Amg({sizes} unknowns, operator complexity {entries:.2f})"
+
+
+def _part(matrix: csr_array, open_nodes: Mask) -> csr_array:
+    """Return the matrix without the couplings to nodes that are not open."""
+    from scipy import sparse
+
+    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+    kept = (open_nodes[rows] & open_nodes[matrix.indices]) | (rows == matrix.indices)
+    return sparse.csr_array((np.where(kept, matrix.data, 0.0), matrix.indices, matrix.indptr), shape=matrix.shape)
 
 
 def _prolongation(level: Level, candidate: Vector) -> tuple[csr_array, Vector] | None:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._checks import Mask, Vector
-from .amg import Amg
+from .amg import Amg, rows_of
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -32,8 +32,11 @@ _JACOBI_DAMPING = 0.8
 _STALE = 0.05
 """Part of the unknowns that may have changed sides before a preconditioner is made anew."""
 
-_LOOSE = 0.3
-"""Factor by which the residual is reduced while the contact set moves."""
+_LOOSE_ITERATIONS = 2, 6
+"""Conjugate gradient iterations a step while the contact set moves, and while only few nodes still do."""
+
+_FEW = 0.005
+"""Part of the unknowns that counts as few."""
 
 _COARSE_STEPS = 3
 _MOST_ITERATIONS = 500
@@ -87,7 +90,7 @@ class ActiveSet:
         self._lower = np.where(supported, 0.0, -np.inf)
         # Where unknowns hang together in lines, a factorisation has no fill.
         self.direct = q.size <= DIRECT_SIZE or matrix.nnz <= 3 * q.size
-        self._rows = matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32), matrix.data
+        self._rows = rows_of(matrix)
         self._open: Mask = ~supported
         self._idle = self._creeping = 0
         self._seen: set[int] = set()
@@ -119,13 +122,15 @@ class ActiveSet:
         """Relax, so that nodes change sides, and solve the equations of the open nodes."""
         if self._creeping == _PATIENCE:
             return self._exchange()
+        before = self.omega
         self._relax()
         now_open = ~self.supported | (self.omega > 0)
         exchanged = int(np.count_nonzero(now_open != self._open))
         self._open = now_open
         reaction = self.matrix @ self.omega + self.q
-        target = self._solve(reaction, exchanged > 0)
-        damping, moved = self._move_to(target, reaction)
+        target = self._solve(reaction, self._iterations(exchanged))
+        damping = self._move_to(target, reaction)
+        moved = float(np.abs(self.omega - before).max())
         rounding = 4 * _ROUNDING * float(np.abs(self.omega).max())
         admissible = bool((target >= self._lower - rounding).all())
         self._idle = self._idle + 1 if moved <= rounding else 0
@@ -138,7 +143,7 @@ class ActiveSet:
         Where nodes at which gap and reaction both vanish are exchanged for ever, a set comes back, and it ends.
         """
         self.omega = np.where(self._open, self.omega, 0.0)
-        self.omega = self._solve(self.matrix @ self.omega + self.q, False)
+        self.omega = self._solve(self.matrix @ self.omega + self.q, _MOST_ITERATIONS)
         reaction = self.matrix @ self.omega + self.q
         now_open = ~self.supported | np.where(self._open, self.omega > 0, reaction < 0)
         exchanged = int(np.count_nonzero(now_open != self._open))
@@ -150,8 +155,13 @@ class ActiveSet:
             self.omega = np.maximum(self._lower, self.omega)
         return Step(exchanged, finished)
 
-    def _solve(self, reaction: Vector, loosely: bool) -> Vector:
-        return self._solve_direct(reaction) if self.direct else self._solve_iteratively(reaction, loosely)
+    def _iterations(self, exchanged: int) -> int:
+        if exchanged == 0:
+            return _MOST_ITERATIONS
+        return _LOOSE_ITERATIONS[exchanged <= _FEW * self.q.size]
+
+    def _solve(self, reaction: Vector, iterations: int) -> Vector:
+        return self._solve_direct(reaction) if self.direct else self._solve_iteratively(reaction, iterations)
 
     def _relax(self) -> None:
         """Do projected relaxation sweeps: Gauss-Seidel, or damped Jacobi where nothing is to be compiled."""
@@ -180,21 +190,21 @@ class ActiveSet:
         target[chosen] -= factors.solve(rest)
         return target
 
-    def _solve_iteratively(self, reaction: Vector, loosely: bool) -> Vector:
-        """Return the same by preconditioned conjugate gradients, down to rounding or, loosely, to a first guess."""
-        amg = self._preconditioner()
+    def _solve_iteratively(self, reaction: Vector, iterations: int) -> Vector:
+        """Return the same by at most so many preconditioned conjugate gradient iterations; rounding errors end them."""
         keep = self._open
         target = self.omega.copy()
         residual = np.where(keep, -reaction, 0.0)
-        scale = float(np.abs(residual).max())
         floor = 4 * _ROUNDING * float((self._diagonal * np.abs(self.omega)).max())
-        wanted = max(_LOOSE * scale, floor) if loosely else floor
         direction = np.zeros_like(target)
         before = 1.0
-        for _ in range(_MOST_ITERATIONS):
-            if float(np.abs(residual).max()) <= wanted:
+        amg = None
+        for _ in range(iterations):
+            if float(np.abs(residual).max()) <= floor:
                 break
-            preconditioned = np.where(keep, amg.cycle(residual), 0.0)
+            if amg is None:
+                amg = self._preconditioner(iterations < _MOST_ITERATIONS)
+            preconditioned = amg.cycle(residual)
             product = float((residual * preconditioned).sum())
             direction *= product / before
             direction += preconditioned
@@ -205,33 +215,24 @@ class ActiveSet:
             residual -= length * image
         return target
 
-    def _preconditioner(self) -> Amg:
-        """Return a hierarchy of the open nodes' matrix, in which the others are rows without couplings."""
+    def _preconditioner(self, loosely: bool) -> Amg:
+        """Return a hierarchy for the open nodes; loosely, one that was made for nearly the same."""
         changed = np.count_nonzero(self._amg_open != self._open)
-        if self._amg is None or changed > _STALE * self.q.size:
-            from scipy import sparse
-
-            rows = np.repeat(np.arange(self.q.size), np.diff(self.matrix.indptr))
-            indices = self.matrix.indices
-            kept = (self._open[rows] & self._open[indices]) | (rows == indices)
-            data = np.where(kept, self.matrix.data, 0.0)
-            masked = sparse.csr_array((data, indices, self.matrix.indptr), shape=self.matrix.shape)
-            self._amg, self._amg_open = Amg(masked, self._candidate), self._open
+        if self._amg is None or changed > (_STALE * self.q.size if loosely else 0):
+            self._amg, self._amg_open = Amg(self.matrix, self._candidate, self._open), self._open
+        else:
+            self._amg.restrict_to(self._open)
         return self._amg
 
-    def _move_to(self, target: Vector, reaction: Vector) -> tuple[float, float]:
-        """Go to the projected ``target``, or to the point of least energy on the way.
-
-        Returns which part of the way it was, and the largest step.
-        """
+    def _move_to(self, target: Vector, reaction: Vector) -> float:
+        """Go to the projected ``target``, or to the point of least energy on the way; return the part of it gone."""
         projected = np.maximum(self._lower, target)
         way = projected - self.omega
         slope = float((way * reaction).sum())
         curvature = float((way * (self.matrix @ way)).sum())
-        damping = 1.0
-        if slope + curvature > 0 and curvature > 0:
-            damping = max(0.0, -slope / curvature)
-            way *= damping
-            projected = self.omega + way
-        self.omega = projected
-        return damping, float(np.abs(way).max())
+        if slope + curvature <= 0 or curvature <= 0:
+            self.omega = projected
+            return 1.0
+        damping = max(0.0, -slope / curvature)
+        self.omega = self.omega + damping * way
+        return damping

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from .._checks import Vector
+from ..active_set.primal_dual import DIRECT_SIZE, ActiveSet
 from ..problem import ContactQP
 from ..progress import compiling
+from ..stiffness import SparseStiffness
+from ..team import Team
 from .base import Answer, Backend, Need, Stop, Task
-
-if TYPE_CHECKING:
-    from ..active_set.primal_dual import ActiveSet
 
 _MAX_STEPS = 500
 
@@ -34,7 +34,8 @@ class ActiveSetBackend(Backend):
         Parameters
         ----------
         problem, task
-            See `Backend.solve`. Without a warm start it works its way up from a coarse problem.
+            See `Backend.solve`. Without a warm start it works its way up from a coarse problem: that of a coarser
+            lattice, if the matrix is recognised as a rectangular lattice's, and else an algebraic one.
         history : bool
             Whether to record of every step: "exchanged" (nodes that changed sides) and "energy" (½ωᵀGω + qᵀω at its
             end, dimensionless).
@@ -44,20 +45,49 @@ class ActiveSetBackend(Backend):
         if task.warm_start is not None:
             solver.omega = np.where(problem.supported, np.maximum(task.warm_start, 0.0), task.warm_start)
         else:
-            solver.start(task.progress.update)
+            start = None if problem.size <= DIRECT_SIZE else _lattice_start(problem, task)
+            if start is None:
+                solver.start(task.progress.update)
+            else:
+                solver.omega = start
         return iterate(solver, problem, task, history, started)
 
 
 def prepare(problem: ContactQP, task: Task) -> ActiveSet:
     """Return the iteration at ω = 0."""
-    from ..active_set.primal_dual import ActiveSet
-
     units = np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
     solver = ActiveSet(problem.G, np.array(problem.q), problem.supported, units.min() / units)
     if not solver.direct:
         with compiling("active-set"):
             from ..active_set import sparse_kernels  # noqa: F401  (compiles)
     return solver
+
+
+def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
+    """Return a gap by multigrid if the matrix is that of a lattice, whether it was given so or not; else None."""
+    from ..layout import Layout
+    from ..recognition import rectangle_of
+
+    units = np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
+    relative = units / units.max()
+    if isinstance(problem.stiffness, SparseStiffness):
+        stencil = rectangle_of(problem.stiffness.balanced(1 / relative).tocsr())
+        if stencil is None:
+            return None
+        supported = None if problem.supported.all() else problem.supported.reshape(stencil.mask.shape)
+        layout = Layout(stencil.mask, supported)
+    else:
+        stencil, layout = problem.stiffness, problem.layout
+    with compiling("multigrid"):
+        from ..multigrid.contact import nearly_solved
+        from ..multigrid.hierarchy import load_kernels
+        from ..multigrid.net import net_of
+
+        net = net_of(stencil, layout)
+        load_kernels(net)
+    with Team() as team:
+        gap = nearly_solved(net, net.layout.grid(problem.q / relative), team)
+    return np.asarray(net.layout.vector(gap) / relative)
 
 
 def iterate(solver: ActiveSet, problem: ContactQP, task: Task, history: bool, started: float) -> Answer:

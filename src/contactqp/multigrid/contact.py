@@ -26,6 +26,7 @@ _STALLING = 0.5
 """Contraction above which a cycle of a net at rest counts as stalling: it is 0.05 to 0.15 as a rule."""
 
 _CYCLES_A_LEVEL = 2
+_CYCLES_FOR_A_START = 16
 
 
 class ContactMultigrid:
@@ -183,3 +184,14 @@ def nested_start(
     del coarser
     solver.start(height, coarse_height)
     return solver
+
+
+def nearly_solved(net: Net, q: Grid, team: Team) -> Grid:
+    """Return a gap that cycles have brought close to rounding errors, or as far as a start is worth it."""
+    solver = nested_start(net, q, net.layout.zeros(), team)
+    for _ in range(_CYCLES_FOR_A_START):
+        solver.relax()
+        if solver.estimate <= solver.rest():
+            break
+        solver.correct()
+    return solver.omega
