@@ -20,6 +20,7 @@ notebooks: $(VENV)/.installed-test
 benchmarks: $(VENV)/.installed-test
 	$(BIN)/python benchmarks/facade.py
 	$(BIN)/python benchmarks/psor.py
+	$(BIN)/python benchmarks/speed.py
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
