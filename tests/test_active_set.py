@@ -12,6 +12,7 @@ from contactqp.active_set import sparse_kernels
 from contactqp.active_set.aggregation import _aggregate, _compiled, aggregate
 from contactqp.active_set.amg import Amg
 from contactqp.active_set.primal_dual import DIRECT_SIZE, ActiveSet
+from contactqp.stencil import Stencil
 
 
 def disk(spacing=0.02, load=8.0, support=0.3):
@@ -186,3 +187,26 @@ def test_limits_are_kept():
     assert stopped.iterations == 1
     with pytest.warns(cq.ContactWarning, match="stopped at its time limit"):
         cq.solve(cq.gallery.spiral(31), "active-set", time_limit=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_net_on_two_pegs_does_not_rest_too_early(seed):
+    """The set can be unchanged by relaxing while the solution that follows pulls a shut node open."""
+    rng = np.random.default_rng(seed)
+    size = 4 if seed == 0 else int(rng.integers(20, 300))
+    load = np.array([1.1, -0.9, -0.7, -0.4]) if seed == 0 else np.cumsum(rng.normal(size=size)) / np.sqrt(size)
+    supported = np.zeros(size, dtype=bool)
+    supported[0 if seed == 0 else rng.integers(0, size, 2)] = True
+    problem = cq.ContactQP(Stencil(np.ones((1, size), dtype=bool), 1.0, 0.0), load, supported=supported)
+    for start in (None, np.full(size, -1e10)):
+        assert cq.solve(problem, "active-set", tol=1e-7, warm_start=start).status == "certified"
+
+
+def test_many_lone_unknowns_do_not_make_a_line():
+    """Fewer than three entries a row on average, but one part with many."""
+    core = disk(0.04).problem
+    matrix = sparse.csr_array(sparse.block_diag([core.G, sparse.eye_array(9000)]))
+    problem = cq.ContactQP(matrix, np.concatenate([core.q, np.full(9000, -1.0)]))
+    solver = ActiveSet(problem.G, np.array(problem.q), problem.supported)
+    assert not solver.direct
+    assert cq.solve(problem, "active-set").status == "certified"

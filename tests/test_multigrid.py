@@ -309,9 +309,40 @@ def test_arms_that_jump_by_orders_of_magnitude_are_handed_over():
         np.ones((25, 25), dtype=bool), 10 ** rng.uniform(-4, 4, (25, 26)), 10 ** rng.uniform(-4, 4, (26, 25))
     )
     problem = cq.ContactQP(stencil, rng.normal(size=625) * stencil.diagonal())
-    solution = cq.solve(problem, "multigrid")
+    solution = cq.solve(problem, "multigrid", history=True)
     assert solution.status == "certified"
     assert "active sets went on" in solution.note
+    cycles = len(solution.history["bound"])
+    assert 0 < cycles < solution.iterations
+    limited = cq.solve(problem, "multigrid", max_iter=cycles + 1, on_failure="ignore")
+    assert limited.iterations == cycles + 1
+
+
+def test_soft_parts_are_no_rounding_errors_of_stiff_ones():
+    across, along = np.ones((20, 21)), np.ones((21, 20))
+    across[:, 10:] = along[:, 10:] = 1e-39
+    q = np.random.default_rng(0).normal(size=400)
+    problem = cq.ContactQP(Stencil(np.ones((20, 20), dtype=bool), across, along), q)
+    assert cq.solve(problem, "multigrid").status == "certified"
+
+
+def test_arms_that_hold_no_node_do_not_count():
+    mask = np.hypot(*np.mgrid[-15:16, -15:16]) < 14
+    across, along = np.full((31, 32), 1e300), np.full((32, 31), 1e300)
+    point = np.pad(mask, 1)
+    across[point[1:-1, :-1] | point[1:-1, 1:]] = along[point[:-1, 1:-1] | point[1:, 1:-1]] = 1.0
+    problem = cq.ContactQP(Stencil(mask, across, along), np.full(mask.sum(), -1.0))
+    assert cq.solve(problem, "multigrid").iterations <= 10
+
+
+@pytest.mark.parametrize("backend", ["multigrid", "active-set"])
+@pytest.mark.parametrize("height", [1e60, -1e60, 1e300])
+def test_an_absurd_start_is_not_used(backend, height):
+    model = cq.gallery.bowl(31)
+    supported = np.random.default_rng(0).uniform(size=961) < 0.1
+    problem = cq.ContactQP(model.stencil, model.problem.q, supported=supported)
+    usual = cq.solve(problem, backend)
+    assert cq.solve(problem, backend, warm_start=np.full(961, height)).iterations == usual.iterations
 
 
 def test_history_and_limits():

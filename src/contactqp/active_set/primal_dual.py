@@ -6,7 +6,7 @@ cold start the contact set moves by a node or so a step, so that the steps grow 
 The start comes from coarser problems (nested iteration over an algebraic hierarchy). Nodes are exchanged by
 projected relaxation, which moves them by the size of their violation. And the energy ½ωᵀGω + qᵀω falls in every
 step, by a line search where need be, so that no set can come back. Where the line search leaves next to nothing of the
-steps, the plain method takes over, which for an M-matrix is finite from any start.
+steps, the plain method takes over, which for an M-matrix is finite from any start, although not downhill.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class ActiveSet:
         self._diagonal = matrix.diagonal()
         self._lower = np.where(supported, 0.0, -np.inf)
         # Where unknowns hang together in lines, a factorisation has no fill.
-        self.direct = q.size <= DIRECT_SIZE or matrix.nnz <= 3 * q.size
+        self.direct = q.size <= DIRECT_SIZE or int(np.diff(matrix.indptr).max()) <= 3
         self._rows = rows_of(matrix)
         self._open: Mask = ~supported
         self._idle = self._creeping = 0
@@ -132,10 +132,20 @@ class ActiveSet:
         damping = self._move_to(target, reaction)
         moved = float(np.abs(self.omega - before).max())
         rounding = 4 * _ROUNDING * float(np.abs(self.omega).max())
-        admissible = bool((target >= self._lower - rounding).all())
         self._idle = self._idle + 1 if moved <= rounding else 0
         self._creeping = self._creeping + 1 if damping < _CREEPING else 0
-        return Step(exchanged, (exchanged == 0 and admissible) or self._idle == _PATIENCE)
+        finished = exchanged == 0 and bool((target >= self._lower - rounding).all()) and self._rests()
+        return Step(exchanged, finished or self._idle == _PATIENCE)
+
+    def feasible(self) -> Vector:
+        """Return ω without negative gaps at supported nodes, which it may have on its way."""
+        return np.maximum(self._lower, self.omega)
+
+    def _rests(self) -> bool:
+        """Whether no shut node is pulled open by more than rounding errors."""
+        reaction = self.matrix @ self.omega + self.q
+        rounding = 8 * _ROUNDING * float((self._diagonal * np.abs(self.omega)).max())
+        return bool((reaction >= -rounding)[~self._open].all())
 
     def _exchange(self) -> Step:
         """Do a step of the plain method, which for an M-matrix needs no safeguard but rounding errors.
@@ -151,8 +161,6 @@ class ActiveSet:
         mark = hash(np.packbits(now_open).tobytes())
         finished = exchanged == 0 or mark in self._seen
         self._seen.add(mark)
-        if finished:
-            self.omega = np.maximum(self._lower, self.omega)
         return Step(exchanged, finished)
 
     def _iterations(self, exchanged: int) -> int:
@@ -210,7 +218,10 @@ class ActiveSet:
             direction += preconditioned
             before = product
             image = np.where(keep, self.matrix @ direction, 0.0)
-            length = product / float((direction * image).sum())
+            curvature = float((direction * image).sum())
+            if not curvature > 0:
+                break
+            length = product / curvature
             target += length * direction
             residual -= length * image
         return target

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from typing import ClassVar
+from dataclasses import replace
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -11,8 +12,12 @@ from .._checks import Vector, integer_at_least
 from ..problem import ContactQP
 from ..progress import compiling
 from ..team import Team
-from .active_set import iterate, prepare
+from .active_set import feasible_start, iterate, prepare
 from .base import Answer, Backend, Need, Stop, Task
+
+if TYPE_CHECKING:
+    from ..multigrid.contact import ContactMultigrid
+    from ..multigrid.net import Net
 
 _MAX_CYCLES = 200
 _PATIENCE = 5
@@ -21,7 +26,8 @@ _PATIENCE = 5
 _STALLING = 12
 """Cycles in which the bound is expected to fall by a factor of ten at least."""
 
-_COLUMNS = ("bound", "contraction", "changes", "cut", "damping", "energy", "work")
+_WORTH_ASSEMBLING = 1_000_000
+"""Nodes up to which a lattice that seems to be at rounding errors is given to active sets all the same."""
 
 
 class Multigrid(Backend):
@@ -40,7 +46,8 @@ class Multigrid(Backend):
         Parameters
         ----------
         problem, task
-            See `Backend.solve`. Without a warm start it works its way up from the coarsest lattice.
+            See `Backend.solve`. Without a warm start, or from one whose energy is above that of ω = 0, it works its
+            way up from the coarsest lattice.
         threads : int, optional
             By default as many as cores.
         history : bool
@@ -54,83 +61,129 @@ class Multigrid(Backend):
         stencil = problem.stencil
         assert stencil is not None
         with compiling("multigrid"):
-            from ..multigrid.contact import ContactMultigrid, nested_start
             from ..multigrid.hierarchy import load_kernels
             from ..multigrid.net import net_of
 
             net = net_of(stencil, problem.layout)
             load_kernels(net)
         started = time.perf_counter()
-        records: list[tuple[float, ...]] = []
+        budget = _MAX_CYCLES if task.max_iter is None else task.max_iter
+        log = _Log(net.reach)
+        outcome: tuple[Stop, str] | None = None
         with Team(threads) as team:
-            q = net.layout.grid(problem.q)
-            if task.warm_start is not None:
-                solver = ContactMultigrid(net, q, team)
-                start = np.where(problem.supported, np.maximum(task.warm_start, 0.0), task.warm_start)
-                solver.omega[...] = net.layout.grid(start)
-            else:
-                height = problem.reference_grid()
-                solver = nested_start(
-                    net, q, height, team, lambda nodes: task.progress.update(f"nested iteration, {nodes} nodes")
-                )
-                del height
+            solver = _started(problem, task, net, team)
             setup_seconds = time.perf_counter() - started
-
-            budget = _MAX_CYCLES if task.max_iter is None else task.max_iter
-            stop, why, cycle, contraction = Stop.ITERATION_LIMIT, "cycle limit", 0, 0.0
-            estimates: list[float] = []
-            idle = 0
-            while True:
-                before = solver.estimate
+            while outcome is None:
                 solver.relax()
-                cycle += 1
-                estimate = solver.estimate * net.reach
-                estimates.append(estimate)
-                contraction = solver.estimate / before if 0 < before < np.inf else 0.0
-                task.progress.update(f"cycle {cycle}, bound about {estimate:.0e}")
-                if estimate <= task.tol:
-                    bound = task.bound(net.layout.vector(solver.omega))
-                    if bound <= task.tol:
-                        stop, why = Stop.DONE, f"certified bound {bound:.1e}"
-                gained = estimate <= 0.9 * min(estimates[:-1], default=np.inf)
-                idle = idle + 1 if not gained and solver.estimate <= solver.rest() else 0
-                if stop is not Stop.DONE:
-                    if min(estimates[-_STALLING:]) > 0.1 * min(estimates[:-_STALLING], default=np.inf) and not idle:
-                        return _hand_over(net.layout.vector(solver.omega), problem, task, cycle, started)
-                    if idle == _PATIENCE:
-                        stop, why = Stop.DONE, "what is left are rounding errors"
-                    elif task.seconds_left <= 0:
-                        stop, why = Stop.TIME_LIMIT, "time limit"
-                over = stop is not Stop.ITERATION_LIMIT or cycle == budget
-                if not over:
+                log.add(solver.estimate)
+                task.progress.update(f"cycle {log.cycles}, bound about {log.bounds[-1]:.0e}")
+                outcome = log.outcome(solver, task, budget)
+                if outcome is None:
                     solver.correct()
                 if history:
-                    energy = solver.energy()
-                    numbers = (estimate, contraction, solver.changes, solver.cut, solver.damping, energy, solver.work)
-                    records.append(tuple(float(number) for number in numbers))
-                if over:
-                    break
+                    log.record(solver)
             gap = net.layout.vector(solver.omega)
-        return Answer(
+        stop, why = outcome
+        contraction = f"last contraction {log.contraction:.2f}"
+        answer = Answer(
             gap=gap,
             stop=stop,
-            termination=f"{why} after {cycle} cycles, {solver.work:.0f} work units, last contraction {contraction:.2f}",
-            iterations=cycle,
+            termination=f"{why} after {log.cycles} cycles, {solver.work:.0f} work units, {contraction}",
+            iterations=log.cycles,
             setup_seconds=setup_seconds,
             solve_seconds=time.perf_counter() - started - setup_seconds,
-            history=_columns(records) if history else {},
+            history=log.columns() if history else {},
         )
+        return _handed_over(answer, problem, task, budget) if stop is Stop.FAILED else answer
 
 
-def _hand_over(gap: Vector, problem: ContactQP, task: Task, cycles: int, started: float) -> Answer:
+def _started(problem: ContactQP, task: Task, net: Net, team: Team) -> ContactMultigrid:
+    """Return the iteration at the warm start, unless ω = 0 has less energy, or started from coarser lattices."""
+    from ..multigrid.contact import ContactMultigrid, nested_start
+
+    q = net.layout.grid(problem.q)
+    if task.warm_start is not None:
+        solver = ContactMultigrid(net, q, team)
+        solver.omega[...] = net.layout.grid(feasible_start(problem, task.warm_start))
+        with np.errstate(over="ignore", invalid="ignore"):
+            if solver.energy() <= 0:
+                return solver
+    return nested_start(
+        net,
+        q,
+        problem.reference_grid(),
+        team,
+        lambda nodes: task.progress.update(f"nested iteration, {nodes} nodes"),
+    )
+
+
+def _handed_over(answer: Answer, problem: ContactQP, task: Task, budget: int) -> Answer:
     """Go on by active sets: arms that jump by orders of magnitude from node to node defeat a geometric hierarchy."""
     solver = prepare(problem, task)
-    solver.omega = gap
-    answer = iterate(solver, problem, task, False, started)
-    answer.note = f"multigrid stalled after {cycles} cycles, active sets went on"
-    answer.iterations += cycles
-    return answer
+    assert answer.gap is not None
+    solver.omega = answer.gap
+    went_on = iterate(solver, problem, task, budget - answer.iterations)
+    return replace(
+        went_on,
+        note=f"multigrid stalled after {answer.iterations} cycles, active sets went on",
+        iterations=answer.iterations + went_on.iterations,
+        setup_seconds=answer.setup_seconds,
+        solve_seconds=answer.solve_seconds + went_on.setup_seconds + went_on.solve_seconds,
+        history=answer.history,
+    )
 
 
-def _columns(records: list[tuple[float, ...]]) -> dict[str, Vector]:
-    return dict(zip(_COLUMNS, np.array(records).reshape(-1, len(_COLUMNS)).T, strict=True))
+class _Log:
+    """The estimated bounds of the cycles so far, when to stop, and what is recorded on request."""
+
+    _columns = ("bound", "contraction", "changes", "cut", "damping", "energy", "work")
+
+    def __init__(self, reach: float) -> None:
+        self._reach = reach
+        self._idle = 0
+        self._records: list[tuple[float, ...]] = []
+        self.bounds: list[float] = []
+
+    @property
+    def cycles(self) -> int:
+        """Cycles so far."""
+        return len(self.bounds)
+
+    @property
+    def contraction(self) -> float:
+        """Last bound over the one before."""
+        return self.bounds[-1] / self.bounds[-2] if self.cycles > 1 and self.bounds[-2] > 0 else 0.0
+
+    def add(self, estimate: float) -> None:
+        """Take note of the force that a cycle's sweeps left out of balance."""
+        self.bounds.append(estimate * self._reach)
+
+    def outcome(self, solver: ContactMultigrid, task: Task, budget: int) -> tuple[Stop, str] | None:
+        """Return why to stop, None to go on, and FAILED where another method has to go on."""
+        if self.bounds[-1] <= task.tol:
+            bound = task.bound(solver.net.layout.vector(solver.omega))
+            if bound <= task.tol:
+                return Stop.DONE, f"certified bound {bound:.1e}"
+        gained = self.bounds[-1] <= 0.9 * min(self.bounds[:-1], default=np.inf)
+        self._idle = self._idle + 1 if not gained and solver.estimate <= solver.rest() else 0
+        if task.seconds_left <= 0:
+            return Stop.TIME_LIMIT, "time limit"
+        if self.cycles == budget:
+            return Stop.ITERATION_LIMIT, "cycle limit"
+        if self._idle == _PATIENCE:
+            # Where arms differ much, what is rounding for the stiff ones may be an error for the soft.
+            doubtful = solver.net.varying and solver.net.layout.size <= _WORTH_ASSEMBLING
+            return Stop.FAILED if doubtful else Stop.DONE, "what is left are rounding errors"
+        lately, before = self.bounds[-_STALLING:], self.bounds[:-_STALLING]
+        if not self._idle and before and min(lately) > 0.1 * min(before):
+            return Stop.FAILED, "stalled"
+        return None
+
+    def record(self, solver: ContactMultigrid) -> None:
+        """Keep a row of the history."""
+        numbers = (solver.changes, solver.cut, solver.damping, solver.energy(), solver.work)
+        self._records.append((self.bounds[-1], self.contraction, *(float(number) for number in numbers)))
+
+    def columns(self) -> dict[str, Vector]:
+        """Return the history by name."""
+        return dict(zip(self._columns, np.array(self._records).T, strict=True))

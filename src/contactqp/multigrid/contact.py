@@ -137,7 +137,7 @@ class ContactMultigrid:
         sums = self.team.run(self._kernels.energy_slope, self._strips, *arguments)
         slope, curvature = (float(sum(part)) for part in zip(*sums, strict=True))
         self.work += 1
-        if slope + curvature <= 0:
+        if slope + curvature <= 0 or curvature <= 0:
             return 1.0
         damping = max(0.0, -slope / curvature)
         self._next -= self.omega
@@ -186,12 +186,12 @@ def nested_start(
     return solver
 
 
-def nearly_solved(net: Net, q: Grid, team: Team) -> Grid:
+def nearly_solved(net: Net, q: Grid, team: Team, give_up: Callable[[], bool]) -> Grid:
     """Return a gap that cycles have brought close to rounding errors, or as far as a start is worth it."""
     solver = nested_start(net, q, net.layout.zeros(), team)
     for _ in range(_CYCLES_FOR_A_START):
         solver.relax()
-        if solver.estimate <= solver.rest():
+        if solver.estimate <= solver.rest() or give_up():
             break
         solver.correct()
     return solver.omega

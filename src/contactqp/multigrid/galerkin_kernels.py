@@ -20,6 +20,8 @@ from numba import njit
 from .net_kernels import _arm
 
 _DAMPING = 16.0 / 9.0
+_TINY = float(np.finfo(np.float32).tiny)
+"""Below it a diagonal entry has no inverse in single precision; its point goes without a correction."""
 _STENCIL = "float32[:, :, ::1]"
 _KIND = "uint8[:, ::1]"
 
@@ -96,7 +98,7 @@ def _coarsen_net(  # type: ignore[no-untyped-def]
                             + n * basis[a + 4, b + 3]
                         )
             _project(image, row_coarsening, column_coarsening, stencil, coarse_i, coarse_j)
-            kind[coarse_i, coarse_j] = 2 if stencil[0, coarse_i, coarse_j] > 0 else 0
+            kind[coarse_i, coarse_j] = 2 if stencil[0, coarse_i, coarse_j] > _TINY else 0
 
 
 @njit(
@@ -139,7 +141,7 @@ def coarsen_level(fine, fine_kind, constant, stencil, kind, row_coarsening, colu
                             + fine[4, y - 1, x + 1] * basis[a + 2, b + 4]
                         )
             _project(image, row_coarsening, column_coarsening, stencil, coarse_i, coarse_j)
-            kind[coarse_i, coarse_j] = 2 if stencil[0, coarse_i, coarse_j] > 0 else 0
+            kind[coarse_i, coarse_j] = 2 if stencil[0, coarse_i, coarse_j] > _TINY else 0
 
 
 @njit(f"void({_STENCIL}, {_KIND}, float32[::1], int64, int64)", cache=True, nogil=True, error_model="numpy")

@@ -101,7 +101,10 @@ def coarsening(rows: int, columns: int, across: float, along: float) -> tuple[in
 
 
 def _typical(arms: Arms) -> float:
-    return arms if isinstance(arms, float) else float(arms.mean())
+    if isinstance(arms, float):
+        return arms
+    used = np.count_nonzero(arms)
+    return float(arms.sum() / used) if used else 0.0
 
 
 def _least(arms: Arms) -> float:
@@ -134,7 +137,7 @@ def _series(arms: Grid, count: int, wanted: int) -> Grid:
     padded = np.vstack([arms, arms[-1:]])[: 2 * wanted]
     first, second = padded[0::2], padded[1::2]
     total = first + second
-    return np.asarray(np.divide(first * second, total, out=np.zeros_like(total), where=total > 0))
+    return np.asarray(first * np.divide(second, total, out=np.zeros_like(total), where=total > 0))
 
 
 def net_of(stencil: Stencil, layout: Layout) -> Net:
@@ -146,4 +149,12 @@ def net_of(stencil: Stencil, layout: Layout) -> Net:
     along = np.broadcast_to(stencil.vertical, (stencil.mask.shape[0] + 1, stencil.mask.shape[1]))
     across = across[box_rows, box_columns.start : box_columns.stop + 1]
     along = along[box_rows.start : box_rows.stop + 1, box_columns]
-    return Net(layout, across.copy(), along.copy())
+    return Net(layout, *_joined_to_nodes(layout, across, along))
+
+
+def _joined_to_nodes(layout: Layout, across: Grid, along: Grid) -> tuple[Grid, Grid]:
+    """Return the arms with those between two frame points set to zero, so that they do not count for anything."""
+    point = np.pad(layout.mask, 1)
+    used_across = point[1:-1, :-1] | point[1:-1, 1:]
+    used_along = point[:-1, 1:-1] | point[1:, 1:-1]
+    return np.where(used_across, across, 0.0), np.where(used_along, along, 0.0)
