@@ -7,6 +7,7 @@ elliptic problems call v a barrier function. Every bound of a `Certificate` is a
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,11 +59,11 @@ class Barrier:
         """Return an upper bound of the mean over the unknowns of G⁻¹ force, for a force >= 0.
 
         The mean is that of force · G⁻¹1, as G is symmetric, and G⁻¹1 <= v / min s because G(v / min s) >= 1. It is
-        exact where v is G⁻¹1, as the paraboloid is on a disk; a force on one node does not spoil it.
+        exact, up to rounding, where v is G⁻¹1, as the paraboloid is on a disk; a force on one node does not spoil it.
         """
         v = self.v
         with np.errstate(over="ignore"):
-            return float((v @ force) / (v.size * self.s.min()))
+            return float(v @ (force / self.s.min() / v.size))
 
     @property
     def reach(self) -> float:
@@ -104,13 +105,15 @@ class Parabola(Barrier):
 
     @property
     def reach(self) -> float:
-        """See `Barrier`; v is bounded by its maximum over the rectangle."""
+        """See `Barrier`."""
         return self.largest_v / self.least_s
 
-    @property
+    @cached_property
     def largest_v(self) -> float:
-        """Upper bound of v."""
-        return float(self.rows.max() + self.columns.max())
+        """Largest v: in every run of nodes the one nearest to the columns' summit counts."""
+        runs = self._layout.runs
+        nearest = np.clip(int(self.columns.argmax()), runs[:, 1], runs[:, 2] - 1)
+        return float((self.rows[runs[:, 0]] + self.columns[nearest]).max())
 
 
 def find_barrier(stiffness: Stiffness) -> Barrier | None:
@@ -123,9 +126,10 @@ def find_barrier(stiffness: Stiffness) -> Barrier | None:
     """
     stencil = stiffness if isinstance(stiffness, Stencil) else _hidden_stencil(stiffness)
     if stencil is not None:
-        candidates: list[Barrier] = _parabolas(stencil)
+        parabolas = _parabolas(stencil)
+        candidates: list[Barrier] = list(parabolas)
         if stiffness is not stencil or not stencil.uniform:
-            checked = [_checked(stiffness, parabola.v, parabola.kind) for parabola in candidates]
+            checked = [_checked(stiffness, parabola.v, parabola.kind) for parabola in parabolas]
             candidates = [candidate for candidate in checked if candidate is not None]
         if candidates:
             return min(candidates, key=lambda candidate: candidate.reach)
@@ -139,7 +143,7 @@ def _hidden_stencil(stiffness: Stiffness) -> Stencil | None:
     return rectangle_of(stiffness.tocsr()) if stiffness.size > _DIRECT_SIZE else None
 
 
-def _parabolas(stencil: Stencil) -> list[Barrier]:
+def _parabolas(stencil: Stencil) -> list[Parabola]:
     """Return the parabolas that are >= 0 on the frame and > 0 at the nodes.
 
     The second difference of each is -2, so G v >= 2 x arm for equal arms. The rim of the paraboloid is the farthest
@@ -156,7 +160,7 @@ def _parabolas(stencil: Stencil) -> list[Barrier]:
     rim = _rim(mask, twice_row, twice_column, reach_x, reach_y)
     flat_rows, flat_columns = np.zeros_like(row), np.zeros_like(column)
     exact = 1 - 4 * UNIT_ROUNDOFF
-    found: list[Barrier] = [
+    found: list[Parabola] = [
         Parabola(
             (rim - twice_row**2) / 4, -(twice_column**2) / 4, exact * (2 * across + 2 * along), "paraboloid", layout
         )
@@ -166,7 +170,7 @@ def _parabolas(stencil: Stencil) -> list[Barrier]:
         found.append(Parabola(flat_rows, across_strip, exact * 2 * across, "strip along y", layout))
     if reach_y:
         found.append(Parabola((row - bottom) * (top - row), flat_columns, exact * 2 * along, "strip along x", layout))
-    return [parabola for parabola in found if not stencil.uniform or parabola.s[0] > 0]
+    return [parabola for parabola in found if not stencil.uniform or 0 < parabola.least_s < np.inf]
 
 
 def _least(arms: Vector) -> float:

@@ -147,7 +147,8 @@ def answer_scale(problem: ContactQP, gap: Vector) -> float:
 
 def _measured_scale(problem: ContactQP, largest_deflection: float) -> float:
     scale = problem.gap_scale
-    return scale if problem.shut else max(min(scale, largest_deflection), _LEAST_ANSWER * scale)
+    measured = scale if problem.shut else max(min(scale, largest_deflection), _LEAST_ANSWER * scale)
+    return max(measured, float(np.finfo(np.float64).tiny))
 
 
 def relative_bound(problem: ContactQP, gap: Vector) -> float:

@@ -44,13 +44,12 @@ class LatticeBounds:
         assert problem.stencil is not None
         self.problem, self.barrier = problem, barrier
         self._layout = problem.layout
-        self._grid = self._layout.grid(gap)
+        self._grid = self._layout.grid(np.ascontiguousarray(gap, dtype=np.float64))
         self._arms = float(problem.stencil.horizontal), float(problem.stencil.vertical)
         self._place = self._layout.runs, self._layout.row_start
         self._shape = barrier.rows, barrier.columns, barrier.least_s
         reference = np.atleast_1d(np.asarray(problem.reference, dtype=np.float64))
-        if repeated(reference):
-            reference = reference[:1].copy()
+        reference = reference[:1].copy() if repeated(reference) else np.ascontiguousarray(reference)
         with Team() as team:
             strips = team.strips(1, self._layout.rows + 1, self._layout.columns)
             found = team.run(

@@ -12,7 +12,11 @@ if TYPE_CHECKING:
 UNIT_ROUNDOFF = 2.0**-53
 
 UNDERFLOW = 1e-300
-"""Added to every error bound: more than what gradual underflow can take from a short sum of products."""
+"""Added to every error bound: more than what gradual underflow can take from a short sum of products.
+
+Underflow is taken to be gradual, as IEEE 754 has it; a library that makes the processor flush subnormal numbers to zero
+would take the ground from under the smallest of numbers.
+"""
 
 
 DIFFERENCES = 12

@@ -55,6 +55,11 @@ class Stencil:
         self.vertical = _arms(vertical, (rows + 1, columns), "vertical")
         if not self._least_diagonal() > 0:
             raise ValueError("every node needs at least one arm of positive stiffness")
+        if not self.finite:
+            raise ValueError(
+                "the stiffness of a node's arms together overflows: horizontal and vertical have values up to "
+                f"{max(self.horizontal.max(), self.vertical.max()):g}; take larger units"
+            )
         if not self.uniform and not (self.horizontal.all() and self.vertical.all()):
             self._refuse_floating_parts()
 
@@ -105,11 +110,14 @@ class Stencil:
         if self.uniform:
             return np.full(self.size, self._joined_arms())
         west, east, south, north = self._weights()
-        return self._nodes.take(np.broadcast_to((west + east) + (south + north), self.mask.shape))
+        with np.errstate(over="ignore"):
+            joined = (west + east) + (south + north)
+        return self._nodes.take(np.broadcast_to(joined, self.mask.shape))
 
     def _joined_arms(self) -> float:
         """Return the stiffness of four equal arms together."""
-        return float((self.horizontal + self.horizontal) + (self.vertical + self.vertical))
+        horizontal, vertical = float(self.horizontal), float(self.vertical)
+        return (horizontal + horizontal) + (vertical + vertical)
 
     def _least_diagonal(self) -> float:
         return self._joined_arms() if self.uniform else float(self.diagonal().min())
