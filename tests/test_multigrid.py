@@ -18,6 +18,7 @@ from contactqp.layout import Layout
 from contactqp.multigrid.contact import ContactMultigrid, nested_start
 from contactqp.multigrid.hierarchy import Hierarchy
 from contactqp.multigrid.level_kernels import level_kernels, transfer_kernels
+from contactqp.multigrid.linear import solve_linear
 from contactqp.multigrid.net import Net, coarsening, net_of
 from contactqp.multigrid.net_kernels import exchange_kernels, net_kernels, start_from_coarse
 from contactqp.progress import compiling
@@ -289,6 +290,25 @@ def test_without_a_support_it_solves_the_linear_problem():
     free = cq.Membrane(model.lattice, 1.0, 8.0, np.inf)
     solution = cq.solve(free, "multigrid", tol=1e-11)
     np.testing.assert_allclose(solution.deflection, linalg.spsolve(free.problem.G.tocsc(), free.nodal_load), rtol=1e-9)
+
+
+@settings(max_examples=40)
+@given(nets(15))
+def test_the_linear_problem_is_solved_by_the_same_cycle(case):
+    _, problem, rng = case
+    force = rng.normal(size=problem.size)
+    found = solve_linear(problem.stencil, force, 1e-12)
+    np.testing.assert_allclose(found, np.linalg.solve(problem.G.toarray(), force), atol=1e-9)
+
+
+def test_varying_arms_get_their_barrier_from_it(monkeypatch):
+    rng = np.random.default_rng(0)
+    stencil = Stencil(np.ones((70, 80), dtype=bool), rng.uniform(0.1, 3, (70, 81)), rng.uniform(0.1, 3, (71, 80)))
+    monkeypatch.setattr(Stencil, "tocsr", lambda self: pytest.fail("the matrix was assembled"))
+    barrier = cq.ContactQP(stencil, np.ones(5600)).barrier
+    assert barrier.kind == "linear solve"
+    assert barrier.s.min() > 0.9
+    assert barrier.s.max() < 1.1
 
 
 def test_it_never_assembles_the_matrix(monkeypatch):

@@ -210,6 +210,12 @@ def _solved(stiffness: Stiffness) -> Barrier | None:
     from scipy import sparse
     from scipy.sparse import linalg
 
+    if isinstance(stiffness, Stencil) and stiffness.size > _DIRECT_SIZE:
+        from .multigrid.linear import solve_linear
+
+        barrier = _checked(stiffness, solve_linear(stiffness, np.ones(stiffness.size), 1e-3), "linear solve")
+        if barrier is not None:
+            return barrier
     balance = 1 / np.sqrt(stiffness.diagonal())
     scaling = sparse.diags_array(balance)
     matrix = (scaling @ stiffness.tocsr() @ scaling).tocsr()

@@ -1,0 +1,47 @@
+"""The linear problem G x = force on a lattice, by the same cycle: every node without a support."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._checks import Vector
+from ..layout import Layout
+from ..stencil import Stencil
+from ..team import Team
+from .contact import nested_start
+from .net import net_of
+
+_MAX_CYCLES = 60
+
+
+def solve_linear(stencil: Stencil, force: Vector, tolerance: float = 1e-10, threads: int | None = None) -> Vector:
+    """Return G⁻¹ force (length), shape (n,).
+
+    Parameters
+    ----------
+    stencil : Stencil
+        The stiffness G (force per length).
+    force : array, shape (n,)
+    tolerance : float
+        Largest force out of balance, relative to the largest force; rounding errors may leave more.
+    threads : int, optional
+        By default as many as cores.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> chain = Stencil(np.ones((1, 3), dtype=bool), 1.0, 0.0)
+    >>> solve_linear(chain, np.ones(3)).round(9)
+    array([1.5, 2. , 1.5])
+    """
+    layout = Layout(stencil.layout.mask, np.zeros_like(stencil.layout.mask))
+    net = net_of(stencil, layout)
+    with Team(threads) as team:
+        solver = nested_start(net, layout.grid(force, -1.0), layout.zeros(), team)
+        enough = tolerance * float(np.abs(force).max())
+        for _ in range(_MAX_CYCLES):
+            solver.relax()
+            if solver.estimate <= max(enough, solver.rest()):
+                break
+            solver.correct()
+    return layout.vector(solver.omega)
