@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 
 from ._checks import Mask, Vector, repeated
 from .barrier import Parabola
 from .problem import ContactQP
+from .progress import compiling
 from .rounding import UNDERFLOW, UNIT_ROUNDOFF
 from .team import Team
 
@@ -26,6 +28,13 @@ def parabola_of(problem: ContactQP) -> Parabola | None:
     return barrier if isinstance(barrier, Parabola) and problem.stencil.uniform else None
 
 
+@cache
+def _kernels() -> tuple[Any, Any]:
+    with compiling("the judge"):
+        from .bounds_kernels import enclose, measure
+    return measure, enclose
+
+
 class LatticeBounds:
     """Measures of one answer, shared by the certificate and the residuals.
 
@@ -39,8 +48,7 @@ class LatticeBounds:
     """
 
     def __init__(self, problem: ContactQP, barrier: Parabola, gap: Vector) -> None:
-        from .bounds_kernels import measure
-
+        measure, _ = _kernels()
         assert problem.stencil is not None
         self.problem, self.barrier = problem, barrier
         self._layout = problem.layout
@@ -82,8 +90,7 @@ class LatticeBounds:
 
     def enclosure(self) -> tuple[Vector, Vector, Mask, Mask, float] | None:
         """Return lower, upper, contact, clear and the bound of |ω - ω*|; None where numbers overflow."""
-        from .bounds_kernels import enclose
-
+        _, enclose = _kernels()
         size = self.problem.size
         lower, upper = np.empty(size), np.empty(size)
         contact, clear = np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.bool_)

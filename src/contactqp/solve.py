@@ -53,7 +53,9 @@ def solve(
     problem : Membrane, Cable or ContactQP
         What to solve; it is never modified.
     backend : str
-        ``"auto"`` or a name in `backend_names`: ``"osqp"``, ``"clarabel"``, ``"mangasarian"``, ``"psor"``.
+        ``"auto"`` or a name in `backend_names`: ``"osqp"``, ``"clarabel"``, ``"mangasarian"``, ``"psor"``,
+        ``"multigrid"``, ``"active-set"``. ``"auto"`` takes active sets for few unknowns, multigrid on a lattice, and
+        otherwise active sets, or Clarabel if G is no M-matrix; the solution's ``note`` says why.
     tol : float
         Wanted bound of max|ω_i - ω*_i| relative to ``problem.gap_scale``, or to the answer's largest deflection (for a
         matrix, gap) where that is smaller; in (0, 1). It means the same for every backend, because the package

@@ -13,6 +13,7 @@ import numpy as np
 
 from .._checks import one_of, open_interval, positive_number
 from ..problem import ContactQP
+from ..progress import compiling
 from .base import Answer, Backend, Stop, Task
 
 if TYPE_CHECKING:
@@ -66,8 +67,9 @@ class Psor(Backend):
             Whether to record after every sweep "step" (length), "residual" (natural residual, length) and
             "relaxation".
         """
-        from ..sor.relaxation import AdaptiveRelaxation
-        from ..sor.sweepers import LatticeSweeper, SparseSweeper
+        with compiling("psor"):
+            from ..sor.relaxation import AdaptiveRelaxation
+            from ..sor.sweepers import LatticeSweeper, SparseSweeper
 
         adaptive = AdaptiveRelaxation() if relaxation == "auto" else None
         beta = adaptive.beta if adaptive else open_interval(relaxation, 0.0, 2.0, "relaxation")
