@@ -74,26 +74,31 @@ def nets(draw, max_side=11):
     return net_of(stencil, problem.layout), problem, rng
 
 
-@given(nets())
-def test_a_sweep_is_gauss_seidel_in_red_black_order(case):
+@given(nets(), st.integers(1, 6))
+def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
     net, problem, rng = case
     layout = net.layout
     omega = layout.grid(np.where(problem.supported, rng.uniform(0, 1, problem.size), rng.normal(size=problem.size)))
     expected = layout.vector(omega)
     rows, columns = np.nonzero(layout.mask)
     matrix = problem.G.toarray()
-    for colour in (0, 1):
-        for i in np.flatnonzero((rows + columns) % 2 == colour):
+    for half in range(count):
+        for i in np.flatnonzero((rows + columns) % 2 == half % 2):
             value = expected[i] - (matrix[i] @ expected + problem.q[i]) / matrix[i, i]
             expected[i] = max(0.0, value) if problem.supported[i] else value
     sweep = net_kernels(net.varying).sweep
     arguments = omega, layout.grid(problem.q), net.across, net.along, layout.runs, layout.row_start
     middle = 1 + net.rows // 2
-    strips = [(1, middle), (middle, net.rows + 1)] if middle > 1 else [(1, net.rows + 1)]
-    for lo, hi in strips:
-        sweep(*arguments, False, lo, hi)
-    for row in {row for lo, hi in strips for row in (lo, hi - 1)}:
-        sweep(*arguments, True, row, row + 1)
+    strips = (
+        [(1, middle), (middle, net.rows + 1)]
+        if min(middle - 1, net.rows + 1 - middle) >= count
+        else [(1, net.rows + 1)]
+    )
+    for lo, hi in reversed(strips):
+        sweep(*arguments, 0, count, lo, hi)
+    for border, _ in strips[1:]:
+        for k in range(1, count):
+            sweep(*arguments, k, 1, border - k, border + k)
     np.testing.assert_allclose(layout.vector(omega), expected, atol=1e-13)
 
 
@@ -109,7 +114,8 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
     slope = 0.3
     changes, worst = exchange_kernels(net.varying, precision).restrict_residual(
         layout.grid(gap), layout.grid(problem.q), net.across, net.along, layout.runs, layout.row_start,
-        hierarchy.active, coarse, plan.row_coarsening, plan.column_coarsening, slope, 1, plan.rows + 1,
+        hierarchy.active, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening, slope, 1,
+        plan.rows + 1,
     )  # fmt: skip
     reaction = problem.reaction(gap)
     active = ~problem.supported | (gap > 0)
@@ -119,6 +125,18 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
     np.testing.assert_allclose(coarse[1:-1, 1:-1].ravel(), expected, atol=1e-5 if precision == "float32" else 1e-12)
     assert changes == active.sum()
     np.testing.assert_array_equal(hierarchy.active[1:-1, 1:-1][layout.mask], active)
+    assert hierarchy.changed[1:-1].all()
+    hierarchy.changed[:] = 0
+    again = gap.copy()
+    flip = int(rng.integers(0, problem.size))
+    again[flip] = 0.0 if gap[flip] > 0 else 1.0
+    changes, _ = exchange_kernels(net.varying, precision).restrict_residual(
+        layout.grid(again), layout.grid(problem.q), net.across, net.along, layout.runs, layout.row_start,
+        hierarchy.active, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening, slope, 1,
+        plan.rows + 1,
+    )  # fmt: skip
+    assert changes == problem.supported[flip]
+    assert np.flatnonzero(hierarchy.changed).tolist() == [np.nonzero(layout.mask)[0][flip] + 1] * changes
     violation = np.maximum(-reaction, np.minimum(reaction, slope * gap))
     violation = np.where(problem.supported, violation, np.abs(reaction))
     assert worst == pytest.approx(max(0.0, violation.max()), abs=1e-12)
@@ -131,6 +149,13 @@ def test_coarse_operators_are_galerkin_products_of_the_truncated_operator(case):
     hierarchy = Hierarchy(net, Team(1))
     active = rng.uniform(size=problem.size) < 0.8
     hierarchy.active[1:-1, 1:-1][net.layout.mask] = active
+    hierarchy.update()
+    # Then in one row, so that only what depends on it is computed anew.
+    rows = np.nonzero(net.layout.mask)[0]
+    row = rng.integers(0, net.rows)
+    active = np.where(rows == row, rng.uniform(size=problem.size) < 0.5, active)
+    hierarchy.active[1:-1, 1:-1][net.layout.mask] = active
+    hierarchy.changed[row + 1] = 1
     hierarchy.update()
     truncated = np.zeros((net.rows * net.columns,) * 2)
     place = np.flatnonzero(net.layout.mask.ravel())[active]

@@ -22,6 +22,9 @@ from .net_kernels import exchange_kernels, net_kernels, start_from_coarse
 
 _SWEEPS = 3
 _MOST_SWEEPS = 24
+_AT_ONCE = 6
+"""Half-sweeps in one pass through memory; a strip has to be higher than this."""
+
 _STALLING = 0.5
 """Contraction above which a cycle of a net at rest counts as stalling: it is 0.05 to 0.15 as a rule."""
 
@@ -78,8 +81,7 @@ class ContactMultigrid:
     def relax(self) -> None:
         """Sweep, and measure and restrict what is left."""
         before = self.estimate
-        for _ in range(self._sweeps):
-            self._sweep()
+        self._sweep(2 * self._sweeps)
         self.changes, self.estimate = self._restrict(self.net.layout.runs)
         self._outdated = self._outdated or self.changes > 0
         self.work += self._sweeps + 1
@@ -117,17 +119,22 @@ class ContactMultigrid:
         inner = self.omega[1:-1, 1:-1]
         return float((inner * (0.5 * self.net.resistance(self.omega) + self.q[1:-1, 1:-1])).sum())
 
-    def _sweep(self) -> None:
+    def _sweep(self, half_sweeps: int) -> None:
+        """Do red and black half-sweeps in turn; what strips leave out at their borders is done afterwards."""
         problem = self.omega, self.q, self.net.across, self.net.along, *self._place
-        self.team.run(self._kernels.sweep, self._strips, *problem, False)
-        for row in {row for lo, hi in self._strips for row in (lo, hi - 1)}:
-            self._kernels.sweep(*problem, True, row, row + 1)
+        for first in range(0, half_sweeps, _AT_ONCE):
+            count = min(_AT_ONCE, half_sweeps - first)
+            self.team.run(self._kernels.sweep, self._strips, *problem, first, count)
+            for border, _ in self._strips[1:]:
+                for k in range(1, count):
+                    self._kernels.sweep(*problem, first + k, 1, border - k, border + k)
 
     def _restrict(self, runs: NDArray[np.int64]) -> tuple[int, float]:
         """Restrict the residual; see `net_kernels`."""
         first = self.hierarchy.levels[0]
         problem = self.omega, self.q, self.net.across, self.net.along, runs, self.net.layout.row_start
-        arguments = *problem, self.hierarchy.active, first.residual, *self._coarsening, 1 / self.net.reach
+        marks = self.hierarchy.active, self.hierarchy.changed
+        arguments = *problem, *marks, first.residual, *self._coarsening, 1 / self.net.reach
         found = self.team.run(self._exchange.restrict_residual, first.strips, *arguments)
         return sum(changes for changes, _ in found), max(worst for _, worst in found)
 

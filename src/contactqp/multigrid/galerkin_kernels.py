@@ -24,6 +24,7 @@ _TINY = float(np.finfo(np.float32).tiny)
 """Below it a diagonal entry has no inverse in single precision; its point goes without a correction."""
 _STENCIL = "float32[:, :, ::1]"
 _KIND = "uint8[:, ::1]"
+_ROWS = "uint8[::1]"
 
 
 @njit
@@ -64,13 +65,37 @@ def _project(image, row_coarsening, column_coarsening, out, i, j):  # type: igno
         out[k, i, j] = np.float32(total)
 
 
+@njit
+def _touched(changed, i, reach):  # type: ignore[no-untyped-def]
+    """Whether a row within ``reach`` of row i has changed."""
+    return changed[max(i - reach, 0) : i + reach + 1].any()
+
+
 def _coarsen_net(  # type: ignore[no-untyped-def]
-    active, across, along, constant, stencil, kind, row_coarsening, column_coarsening, use_constant, lo, hi
+    active,
+    changed,
+    across,
+    along,
+    constant,
+    stencil,
+    kind,
+    coarse_changed,
+    row_coarsening,
+    column_coarsening,
+    use_constant,
+    lo,
+    hi,
 ):
-    """Write the rows [lo, hi) of the first coarse operator, from the finest net's arms and active nodes."""
+    """Write those of the rows [lo, hi) of the first coarse operator that a changed row of the net has a share in.
+
+    Which they are is written to ``coarse_changed``.
+    """
     basis, image = np.zeros((7, 7)), np.zeros((7, 7))
     rows, columns = active.shape
     for coarse_i in range(lo, hi):
+        coarse_changed[coarse_i] = _touched(changed, row_coarsening * coarse_i, row_coarsening)
+        if not coarse_changed[coarse_i]:
+            continue
         for coarse_j in range(1, stencil.shape[2] - 1):
             i, j = row_coarsening * coarse_i, column_coarsening * coarse_j
             window = _window_kind(active, i, j, row_coarsening, column_coarsening)
@@ -102,16 +127,21 @@ def _coarsen_net(  # type: ignore[no-untyped-def]
 
 
 @njit(
-    f"void({_STENCIL}, {_KIND}, float32[::1], {_STENCIL}, {_KIND}, int64, int64, int64, int64)",
+    f"void({_STENCIL}, {_KIND}, {_ROWS}, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, int64, int64, int64, int64)",
     cache=True,
     nogil=True,
     error_model="numpy",
 )
-def coarsen_level(fine, fine_kind, constant, stencil, kind, row_coarsening, column_coarsening, lo, hi):  # type: ignore[no-untyped-def]
-    """Write the rows [lo, hi) of the next coarser operator."""
+def coarsen_level(  # type: ignore[no-untyped-def]
+    fine, fine_kind, changed, constant, stencil, kind, coarse_changed, row_coarsening, column_coarsening, lo, hi
+):
+    """Write those of the rows [lo, hi) of the next coarser operator that a changed row of the finer has a share in."""
     basis, image = np.zeros((7, 7)), np.zeros((7, 7))
     rows, columns = fine_kind.shape
     for coarse_i in range(lo, hi):
+        coarse_changed[coarse_i] = _touched(changed, row_coarsening * coarse_i, row_coarsening)
+        if not coarse_changed[coarse_i]:
+            continue
         for coarse_j in range(1, stencil.shape[2] - 1):
             i, j = row_coarsening * coarse_i, column_coarsening * coarse_j
             window = _window_kind(fine_kind, i, j, row_coarsening, column_coarsening)
@@ -144,9 +174,9 @@ def coarsen_level(fine, fine_kind, constant, stencil, kind, row_coarsening, colu
             kind[coarse_i, coarse_j] = 2 if stencil[0, coarse_i, coarse_j] > _TINY else 0
 
 
-@njit(f"void({_STENCIL}, {_KIND}, float32[::1], int64, int64)", cache=True, nogil=True, error_model="numpy")
-def set_factors(stencil, kind, constant, lo, hi):  # type: ignore[no-untyped-def]
-    """Write the factors of Jacobi's method on the rows [lo, hi).
+@njit(f"void({_STENCIL}, {_KIND}, {_ROWS}, float32[::1], int64, int64)", cache=True, nogil=True, error_model="numpy")
+def set_factors(stencil, kind, changed, constant, lo, hi):  # type: ignore[no-untyped-def]
+    """Write the factors of Jacobi's method on those of the rows [lo, hi) that have changed, or the one before has.
 
     Where a row's moduli sum to twice the diagonal, as they do for a Laplacian, the factor is 8/9 over the diagonal:
     best for bilinear elements, whose rough modes have eigenvalues in [3/4, 3/2]. Where a basis function is truncated,
@@ -154,6 +184,8 @@ def set_factors(stencil, kind, constant, lo, hi):  # type: ignore[no-untyped-def
     (Gershgorin), and the method always converges.
     """
     for i in range(lo, hi):
+        if not (changed[i] or changed[i - 1]):
+            continue
         for j in range(1, stencil.shape[2] - 1):
             if kind[i, j] < 2:
                 stencil[5, i, j] = constant[5] if kind[i, j] else np.float32(0.0)
@@ -175,5 +207,8 @@ def set_factors(stencil, kind, constant, lo, hi):  # type: ignore[no-untyped-def
 def coarsen_net(varying: bool) -> Any:
     """Compile the first coarsening for equal or for varying arms, or load it."""
     arms = "float64[:, ::1]" if varying else "float64"
-    signature = f"void({_KIND}, {arms}, {arms}, float32[::1], {_STENCIL}, {_KIND}, int64, int64, boolean, int64, int64)"
+    signature = (
+        f"void({_KIND}, {_ROWS}, {arms}, {arms}, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, "
+        "int64, int64, boolean, int64, int64)"
+    )
     return njit(signature, cache=True, nogil=True, error_model="numpy")(_coarsen_net)

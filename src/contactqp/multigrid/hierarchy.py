@@ -45,6 +45,7 @@ class Level:
         self.strips = team.strips(1, plan.rows + 1, plan.columns)
         self.stencil = np.zeros((6, *shape), dtype=np.float32)
         self.kind = np.zeros(shape, dtype=np.uint8)
+        self.changed = np.ones(plan.rows + 2, dtype=np.uint8)
         self.constant = np.zeros(6, dtype=np.float32)
         self.residual, self.correction, self.spare = (np.zeros(shape, dtype=plan.precision) for _ in range(3))
 
@@ -56,46 +57,56 @@ class Hierarchy:
     ----------
     active : array of uint8, shape (rows + 2, columns + 2)
         1 at the nodes that the operators are not truncated at.
+    changed : array of uint8, shape (rows + 2,)
+        1 for the rows in which `active` has changed since the operators were computed.
     """
 
     def __init__(self, net: Net, team: Team) -> None:
         self.net, self.team = net, team
         self.active: NDArray[np.uint8] = net.layout.zeros(np.uint8)
+        self.changed = np.ones(net.rows + 2, dtype=np.uint8)
         self.levels = [Level(plan, team) for plan in plans(net)]
         if not net.varying:
             self._find_constants()
 
     def update(self) -> None:
-        """Compute all operators for the nodes that are `active` now."""
-        first = self.levels[0]
+        """Compute the rows of all operators that changed rows have a share in."""
+        first, net = self.levels[0], self.net
         self.team.run(
-            galerkin_kernels.coarsen_net(self.net.varying),
+            galerkin_kernels.coarsen_net(net.varying),
             first.strips,
             self.active,
-            self.net.across,
-            self.net.along,
+            self.changed,
+            net.across,
+            net.along,
             first.constant,
             first.stencil,
             first.kind,
+            first.changed,
             *first.factors,
-            not self.net.varying,
+            not net.varying,
         )
         self._set_factors(first)
-        for finer, level in zip(self.levels[:-1], self.levels[1:], strict=True):
+        for finer, level in pairwise(self.levels):
             self.team.run(
                 galerkin_kernels.coarsen_level,
                 level.strips,
                 finer.stencil,
                 finer.kind,
+                finer.changed,
                 level.constant,
                 level.stencil,
                 level.kind,
+                level.changed,
                 *level.factors,
             )
             self._set_factors(level)
+        self.changed[:] = 0
 
     def _set_factors(self, level: Level) -> None:
-        self.team.run(galerkin_kernels.set_factors, level.strips, level.stencil, level.kind, level.constant)
+        self.team.run(
+            galerkin_kernels.set_factors, level.strips, level.stencil, level.kind, level.changed, level.constant
+        )
 
     def cycle(self, depth: int = 0, *, full: bool = True) -> None:
         """Do a cycle from zero for the ``residual`` of the level; its ``correction`` is the result.
@@ -137,39 +148,21 @@ class Hierarchy:
     def _find_constants(self) -> None:
         """Compute each level's operator far from frame and contact, on a small net without either."""
         width = 9
-        example = np.ones((2 * width + 3, 2 * width + 3), dtype=np.uint8)
-        first = self.levels[0]
-        kind = np.zeros((width + 2, width + 2), dtype=np.uint8)
+        middle, every = width // 2 + 1, np.ones(2 * width + 3, dtype=np.uint8)
+        example = np.ones((every.size, every.size), dtype=np.uint8)
         stencil = np.zeros((6, width + 2, width + 2), dtype=np.float32)
-        unused = np.zeros(6, dtype=np.float32)
-        middle = width // 2 + 1
-        galerkin_kernels.coarsen_net(False)(
-            example,
-            self.net.across,
-            self.net.along,
-            unused,
-            stencil,
-            kind,
-            *first.factors,
-            False,
-            1,
-            width + 1,
-        )
-        galerkin_kernels.set_factors(stencil, kind, unused, 1, width + 1)
+        kind, rows = np.zeros((width + 2, width + 2), dtype=np.uint8), np.ones(width + 2, dtype=np.uint8)
+        target = np.zeros(6, dtype=np.float32), stencil, kind, rows
+        net, first = self.net, self.levels[0]
+        coarsen = galerkin_kernels.coarsen_net(False)
+        coarsen(example, every, net.across, net.along, *target, *first.factors, False, 1, width + 1)
+        galerkin_kernels.set_factors(stencil, kind, rows, target[0], 1, width + 1)
         first.constant = stencil[:, middle, middle].copy()
-        for finer, level in zip(self.levels[:-1], self.levels[1:], strict=True):
+        for finer, level in pairwise(self.levels):
             everywhere = np.ascontiguousarray(np.broadcast_to(finer.constant[:, None, None], (6, *example.shape)))
-            galerkin_kernels.coarsen_level(
-                everywhere,
-                np.full(example.shape, 2, dtype=np.uint8),
-                unused,
-                stencil,
-                kind,
-                *level.factors,
-                1,
-                width + 1,
-            )
-            galerkin_kernels.set_factors(stencil, kind, unused, 1, width + 1)
+            mixed = np.full(example.shape, 2, dtype=np.uint8)
+            galerkin_kernels.coarsen_level(everywhere, mixed, every, *target, *level.factors, 1, width + 1)
+            galerkin_kernels.set_factors(stencil, kind, rows, target[0], 1, width + 1)
             level.constant = stencil[:, middle, middle].copy()
 
 

@@ -59,19 +59,22 @@ def _relax_row(omega, q, across, along, runs, row_start, i, colour, buffer):  # 
             own[k] = buffer[k]
 
 
-def _sweep(omega, q, across, along, runs, row_start, only_black, lo, hi):  # type: ignore[no-untyped-def]
-    """Red, then black projected Gauss-Seidel on the rows [lo, hi), but not the black nodes of its two border rows.
+def _sweep(omega, q, across, along, runs, row_start, begin, count, lo, hi):  # type: ignore[no-untyped-def]
+    """Do ``count`` half-sweeps of projected Gauss-Seidel from number ``begin`` on, even red and odd black, on [lo, hi).
 
-    Black nodes of a row follow as soon as the row above has been done in red, while it is in the cache. The border rows
-    have to wait for the neighbouring strips: then ``only_black`` relaxes all the black nodes.
+    Each follows the one before a row behind, while the rows are in the cache. A half-sweep of a row needs the one
+    before on both neighbouring rows; the k-th of the rows within k of a border to another strip is left out,
+    therefore, and has to be done when both strips have come so far.
     """
     buffer = np.empty(omega.shape[1])
-    for i in range(lo, hi):
-        if not only_black:
-            _relax_row(omega, q, across, along, runs, row_start, i, 0, buffer)
-        black = i if only_black else i - 1
-        if only_black or black > lo:
-            _relax_row(omega, q, across, along, runs, row_start, black, 1, buffer)
+    last_row = omega.shape[0] - 2
+    for front in range(lo, hi + count - 1):
+        for k in range(count):
+            i = front - k
+            if i < lo or i >= hi:
+                continue
+            if (i - lo >= k or lo == 1) and (hi - 1 - i >= k or hi == last_row + 1):
+                _relax_row(omega, q, across, along, runs, row_start, i, (begin + k) & 1, buffer)
 
 
 @njit(error_model="numpy", fastmath=_FAST)
@@ -86,12 +89,12 @@ def _restrict_row(row, coarse, coarsening, weight):  # type: ignore[no-untyped-d
 
 
 def _restrict_residual(  # type: ignore[no-untyped-def]
-    omega, q, across, along, runs, row_start, active, coarse, row_coarsening, column_coarsening, slope, lo, hi
+    omega, q, across, along, runs, row_start, active, changed, coarse, row_coarsening, column_coarsening, slope, lo, hi
 ):
     """Restrict -R of the active nodes, those with ω > 0 or no support, to the coarse rows [lo, hi).
 
     Returns how many nodes became active or ceased to be since ``active`` was written last, and the largest
-    max(-R, min(R, slope ω)), or |R| where there is no support.
+    max(-R, min(R, slope ω)), or |R| where there is no support. Rows with such nodes are marked in ``changed``.
     """
     row = np.zeros(omega.shape[1])
     changes = 0
@@ -102,6 +105,7 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
     first_own = row_coarsening * lo - reach if lo == 1 else row_coarsening * lo
     for i in range(row_coarsening * lo - reach, min(last_row, rows) + 1):
         row[:] = 0.0
+        before = changes
         for run in range(row_start[i], row_start[i + 1]):
             first, last = runs[run, 1], runs[run, 2]
             own, drive = omega[i, first:last], q[i, first:last]
@@ -133,6 +137,8 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
             if runs[run, 4]:
                 for k in range(last - first):
                     out[k] = out[k] if own[k] > 0.0 else 0.0
+        if changes > before:
+            changed[i] = 1
         if row_coarsening == 1:
             _restrict_row(row, coarse[i], column_coarsening, 1.0)
         elif i % 2 == 0:
@@ -248,7 +254,7 @@ def net_kernels(varying: bool) -> NetKernels:
     """Compile the passes for equal or varying arms, or load them."""
     problem = _problem(varying)
     return NetKernels(
-        sweep=_compiled(_sweep, f"void({problem}, boolean, int64, int64)"),
+        sweep=_compiled(_sweep, f"void({problem}, int64, int64, int64, int64)"),
         energy_slope=_compiled(_energy_slope, f"UniTuple(float64, 2)({GRID}, {problem}, int64, int64)"),
     )
 
@@ -260,7 +266,7 @@ def exchange_kernels(varying: bool, coarser: str) -> ExchangeKernels:
     return ExchangeKernels(
         restrict_residual=_compiled(
             _restrict_residual,
-            f"Tuple((int64, float64))({_problem(varying)}, uint8[:, ::1], {coarse}, {exchange})",
+            f"Tuple((int64, float64))({_problem(varying)}, uint8[:, ::1], uint8[::1], {coarse}, {exchange})",
         ),
         correct=_compiled(_correct, f"int64({GRID}, {GRID}, {coarse}, int64, int64, {_PLACE}, int64, int64)"),
     )
