@@ -1,7 +1,7 @@
 """Aggregation: group the unknowns of a sparse matrix by its strong couplings.
 
 Vaněk, Mandel and Brezina, *Algebraic multigrid by smoothed aggregation for second and fourth order elliptic problems*,
-Computing 56 (1996), algorithm 5.1. The function is compiled where that pays; small matrices are grouped without waiting
+Computing 56 (1996). The function is compiled where that pays; small matrices are grouped without waiting
 for a compiler.
 """
 

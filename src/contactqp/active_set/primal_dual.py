@@ -1,7 +1,7 @@
 """Primal-dual active set iteration, safeguarded by energy.
 
 Hintermüller, Ito and Kunisch, *The primal-dual active set strategy as a semismooth Newton method*, SIAM J. Optim. 13
-(2002), algorithm 2.1: hold the contact nodes at zero, solve for the others, exchange those of the wrong sign. From a
+(2002): hold the contact nodes at zero, solve for the others, exchange those of the wrong sign. From a
 cold start the contact set moves by a node or so a step, so that the steps grow with the mesh; hence three additions.
 The start comes from coarser problems (nested iteration over an algebraic hierarchy). Nodes are exchanged by
 projected relaxation, which moves them by the size of their violation. And the energy ½ωᵀGω + qᵀω falls in every

@@ -1,6 +1,6 @@
 """Truncated nonsmooth Newton multigrid for min ½ωᵀGω + qᵀω, ω ≥ 0 at supported nodes, on a net.
 
-Gräser and Kornhuber, *Multigrid methods for obstacle problems*, J. Comput. Math. 27 (2009), section 5.2: projected
+Gräser and Kornhuber, *Multigrid methods for obstacle problems*, J. Comput. Math. 27 (2009): projected
 Gauss-Seidel finds the contact nodes; one linear multigrid cycle for the other nodes, which are unconstrained for the
 moment, takes away the smooth error; the correction is projected, and shortened by a line search where it
 could raise the energy. Every step lowers the energy, and the sweeps alone would converge, so the method does.
