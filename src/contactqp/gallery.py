@@ -68,13 +68,13 @@ def spiral(nodes: int) -> Membrane:
     """Return an unloaded membrane hung over a spiral ridge, whose contact set is as long as the lattice lets it be.
 
     Gräser and Kornhuber, *Multigrid methods for obstacle problems*, J. Comput. Math. 27 (2009): on (-1, 1)²
-    above ψ = sin(2π/r + π/2 - θ) + r(r + 1)/(r - 2) - 3r + 3.6, ψ(0) = 3.6. Here heights are
+    above ψ = sin(2π/r + π/2 - θ) + r(r + 1)/(r - 2) - 3r + 3.6, ψ(0) = 3.6. Here T = 1, p = 0, and heights are
     deflections downwards: f = -ψ.
 
     Parameters
     ----------
     nodes : int
-        Nodes along each side.
+        Nodes along each side, >= 1.
 
     Examples
     --------

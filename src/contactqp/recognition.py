@@ -26,7 +26,11 @@ def rectangle_of(matrix: csr_array) -> Stencil | None:
     Parameters
     ----------
     matrix : csr_array, shape (n, n)
-        Symmetric.
+        Symmetric; that is not checked.
+
+    Returns
+    -------
+    Stencil or None
 
     Examples
     --------
@@ -34,6 +38,8 @@ def rectangle_of(matrix: csr_array) -> Stencil | None:
     >>> stencil = Stencil(np.ones((3, 4), dtype=bool), 1.0, 1.0)
     >>> rectangle_of(stencil.tocsr())
     Stencil(12 nodes in 3 x 4, uniform)
+    >>> rectangle_of((stencil.tocsr() + stencil.tocsr() @ stencil.tocsr()).tocsr()) is None
+    True
     """
     size = matrix.shape[0]
     if matrix.nnz > 5 * size or size < 4:

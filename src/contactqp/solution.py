@@ -117,19 +117,25 @@ class Solution:
         return self.model
 
     def polish(self, *, tol: float | None = None) -> Solution:
-        """Return the answer after active sets have gone on from it: exact to rounding, if the matrix is an M-matrix.
+        """Return the answer after active sets have gone on from it: exact to rounding once the contact set rests.
+
+        It assembles G, and issues a `ContactWarning` if its own answer is not certified.
 
         Parameters
         ----------
         tol : float, optional
-            Wanted bound, relative as in `solve`; by default the one that was asked for before.
+            Wanted bound in (0, 1), relative as in `solve`; by default the one that was asked for before.
+
+        Returns
+        -------
+        Solution
 
         Raises
         ------
         UnsuitableProblemError
             If the matrix is no Z-matrix.
         ValueError
-            If there is no finite answer to go on from.
+            If ``tol`` is out of range, or there is no finite answer to go on from.
 
         Examples
         --------

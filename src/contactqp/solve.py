@@ -65,7 +65,8 @@ def solve(
     time_limit : float, optional
         Limit in seconds, > 0.
     warm_start : array or Solution, optional
-        A gap to start from, shape (n,), length. Clarabel and Mangasarian's linear program cannot use one.
+        A gap to start from, shape (n,), length. Clarabel and Mangasarian's linear program cannot use one; multigrid and
+        active sets drop one whose energy is above that of ω = 0.
     on_failure : {"warn", "raise", "ignore"}
         What to do when the answer is not certified: issue a `ContactWarning`, raise a `NotCertifiedError` or
         leave it to the reader of ``solution.status``.

@@ -35,10 +35,13 @@ class Team:
         if self._pool is not None:
             self._pool.shutdown()
 
-    def strips(self, first: int, last: int, columns: int) -> list[tuple[int, int]]:
-        """Divide the rows [first, last) into strips of about equal height, as many as are worth a thread."""
+    def strips(self, first: int, last: int, columns: int, least: int = 8) -> list[tuple[int, int]]:
+        """Divide the rows [first, last) into strips of about equal height, as many as are worth a thread.
+
+        Each has at least ``least`` rows, if there is more than one.
+        """
         rows = last - first
-        count = max(1, min(self.threads, rows * columns // _POINTS_WORTH_A_THREAD, rows // 8))
+        count = max(1, min(self.threads, rows * columns // _POINTS_WORTH_A_THREAD, rows // least))
         edges = [first + rows * k // count for k in range(count + 1)]
         return list(pairwise(edges))
 

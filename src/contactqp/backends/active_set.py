@@ -38,8 +38,8 @@ class ActiveSetBackend(Backend):
         ----------
         problem, task
             See `Backend.solve`. Without a warm start, or from one whose energy is above that of ω = 0, it works its
-            way up from a coarse problem: that of a coarser
-            lattice, if the matrix is recognised as a rectangular lattice's, and else an algebraic one.
+            way up from a coarse problem: that of a coarser lattice, if the matrix is recognised as a rectangular
+            lattice's, and else an algebraic one.
         history : bool
             Whether to record of every step: "exchanged" (nodes that changed sides) and "energy" (½ωᵀGω + qᵀω at its
             end, dimensionless).
@@ -122,7 +122,7 @@ def iterate(solver: ActiveSet, problem: ContactQP, task: Task, budget: int, hist
         if history:
             records.append((float(step.exchanged), problem.objective(solver.feasible())))
         if step.finished:
-            stop, why = Stop.DONE, "the contact set rests"
+            stop, why = Stop.DONE, "nothing moves any more"
         elif steps % _LOOK_EVERY == 0 and task.accepts(solver.feasible()):
             stop, why = Stop.DONE, "certified, though nodes without gap and reaction still change sides,"
         elif task.seconds_left <= 0:

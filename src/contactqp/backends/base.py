@@ -199,5 +199,5 @@ class Backend(ABC):
         if Need.LATTICE in cls.needs and problem.stencil is None:
             raise UnsuitableProblemError(
                 f"backend {cls.name!r} needs a problem on a lattice (a Membrane or a Cable), "
-                "but G was given as a matrix"
+                "but G was given as a matrix; take 'active-set'"
             )

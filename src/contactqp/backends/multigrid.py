@@ -27,7 +27,7 @@ _STALLING = 12
 """Cycles in which the bound is expected to fall by a factor of ten at least."""
 
 _WORTH_ASSEMBLING = 1_000_000
-"""Nodes up to which a lattice that seems to be at rounding errors is given to active sets all the same."""
+"""Nodes up to which active sets may go on: they assemble the matrix."""
 
 
 class Multigrid(Backend):
@@ -54,7 +54,8 @@ class Multigrid(Backend):
             Whether to record of every cycle: "bound" (an estimate of the error's bound after its sweeps, relative to
             the gap scale), "contraction" (of that), "changes" (nodes that came into contact or left it), "cut" (nodes
             at which the support cut the correction short), "damping" (factor of the line search), "energy" (½ωᵀGω +
-            qᵀω at its end, dimensionless) and "work" (sweeps over the lattice so far, or as much).
+            qᵀω at its end, dimensionless) and "work" (sweeps over the lattice so far, or as much). Where active sets go
+            on because it stalls, it ends there, and ``iterations`` counts their steps too.
         """
         if threads is not None:
             threads = integer_at_least(threads, 1, "threads")
@@ -119,15 +120,17 @@ def _started(problem: ContactQP, task: Task, net: Net, team: Team) -> ContactMul
 
 def _handed_over(answer: Answer, problem: ContactQP, task: Task, budget: int) -> Answer:
     """Go on by active sets: arms that jump by orders of magnitude from node to node defeat a geometric hierarchy."""
+    started = time.perf_counter()
     solver = prepare(problem, task)
     assert answer.gap is not None
     solver.omega = answer.gap
+    preparing_seconds = time.perf_counter() - started
     went_on = iterate(solver, problem, task, budget - answer.iterations)
     return replace(
         went_on,
         note=f"multigrid stalled after {answer.iterations} cycles, active sets went on",
         iterations=answer.iterations + went_on.iterations,
-        setup_seconds=answer.setup_seconds,
+        setup_seconds=answer.setup_seconds + preparing_seconds,
         solve_seconds=answer.solve_seconds + went_on.setup_seconds + went_on.solve_seconds,
         history=answer.history,
     )
@@ -172,12 +175,15 @@ class _Log:
             return Stop.ITERATION_LIMIT, "cycle limit"
         if self._idle == _PATIENCE:
             # Where arms differ much, what is rounding for the stiff ones may be an error for the soft.
-            doubtful = solver.net.varying and solver.net.layout.size <= _WORTH_ASSEMBLING
-            return Stop.FAILED if doubtful else Stop.DONE, "what is left are rounding errors"
+            return self._hand_over(solver, solver.net.varying, "what is left are rounding errors")
         lately, before = self.bounds[-_STALLING:], self.bounds[:-_STALLING]
         if not self._idle and before and min(lately) > 0.1 * min(before):
-            return Stop.FAILED, "stalled"
+            return self._hand_over(solver, True, "stalled")
         return None
+
+    def _hand_over(self, solver: ContactMultigrid, useful: bool, why: str) -> tuple[Stop, str]:
+        affordable = solver.net.layout.size <= _WORTH_ASSEMBLING
+        return (Stop.FAILED if useful and affordable else Stop.DONE), why
 
     def record(self, solver: ContactMultigrid) -> None:
         """Keep a row of the history."""

@@ -23,7 +23,10 @@ from .net_kernels import exchange_kernels, net_kernels, start_from_coarse
 _SWEEPS = 3
 _MOST_SWEEPS = 24
 _AT_ONCE = 6
-"""Half-sweeps in one pass through memory; a strip has to be higher than this."""
+"""Half-sweeps in one pass through memory."""
+
+_LEAST_STRIP = 2 * _AT_ONCE
+"""What is left out near one border of a strip must not depend on what is left out near the other."""
 
 _STALLING = 0.5
 """Contraction above which a cycle of a net at rest counts as stalling: it is 0.05 to 0.15 as a rule."""
@@ -50,7 +53,7 @@ class ContactMultigrid:
         After `relax`: the largest force that is out of balance, a reaction R < 0, or R > 0 at an open node (but no more
         than ω over the net's reach there).
     changes : int
-        After `relax`: nodes that came into contact or left it since the last time.
+        After `relax`: nodes that came into contact or left it since the last time; at first, nodes in contact.
     cut : int
         After `correct`: nodes at which the support cut the correction short.
     damping : float
@@ -66,7 +69,7 @@ class ContactMultigrid:
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
         self._kernels = net_kernels(net.varying)
         self._exchange = exchange_kernels(net.varying, self.hierarchy.levels[0].plan.precision)
-        self._strips = team.strips(1, net.rows + 1, net.columns)
+        self._strips = team.strips(1, net.rows + 1, net.columns, _LEAST_STRIP)
         self._place = net.layout.runs, net.layout.row_start
         self._coarsening = self.hierarchy.levels[0].factors
         self._sweeps = _SWEEPS

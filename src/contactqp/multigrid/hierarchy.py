@@ -45,7 +45,7 @@ class Level:
         self.strips = team.strips(1, plan.rows + 1, plan.columns)
         self.stencil = np.zeros((6, *shape), dtype=np.float32)
         self.kind = np.zeros(shape, dtype=np.uint8)
-        self.changed = np.ones(plan.rows + 2, dtype=np.uint8)
+        self.changed = np.zeros(plan.rows + 2, dtype=np.uint8)
         self.constant = np.zeros(6, dtype=np.float32)
         self.residual, self.correction, self.spare = (np.zeros(shape, dtype=plan.precision) for _ in range(3))
 
@@ -64,6 +64,7 @@ class Hierarchy:
     def __init__(self, net: Net, team: Team) -> None:
         self.net, self.team = net, team
         self.active: NDArray[np.uint8] = net.layout.zeros(np.uint8)
+        self.active[1:-1, 1:-1] = net.layout.mask
         self.changed = np.ones(net.rows + 2, dtype=np.uint8)
         self.levels = [Level(plan, team) for plan in plans(net)]
         if not net.varying:

@@ -15,13 +15,14 @@ _MAX_CYCLES = 60
 
 
 def solve_linear(stencil: Stencil, force: Vector, tolerance: float = 1e-10, threads: int | None = None) -> Vector:
-    """Return G⁻¹ force (length), shape (n,).
+    """Return G⁻¹ force (length), shape (n,); check it where arms jump, for it ends after some cycles in any case.
 
     Parameters
     ----------
     stencil : Stencil
         The stiffness G (force per length).
     force : array, shape (n,)
+        Force on each node (force).
     tolerance : float
         Largest force out of balance, relative to the largest force; rounding errors may leave more.
     threads : int, optional
