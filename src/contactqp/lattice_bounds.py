@@ -58,19 +58,7 @@ class LatticeBounds:
         self._shape = barrier.rows, barrier.columns, barrier.least_s
         reference = np.atleast_1d(np.asarray(problem.reference, dtype=np.float64))
         reference = reference[:1].copy() if repeated(reference) else np.ascontiguousarray(reference)
-        with Team() as team:
-            strips = team.strips(1, self._layout.rows + 1, self._layout.columns)
-            found = team.run(
-                measure,
-                strips,
-                self._grid,
-                problem.q,
-                reference,
-                int(reference.size > 1),
-                *self._arms,
-                *self._place,
-                *self._shape,
-            )
+        found = self._pass(measure, (problem.q, reference, int(reference.size > 1)))
         columns = np.array(found).T
         raise_by, lower_by, least_gap, least_reaction, work, energy, natural, size = columns
         self.raise_by = float(raise_by.max()) * _GROW + UNDERFLOW
@@ -79,6 +67,12 @@ class LatticeBounds:
         self.complementarity, self.objective = float(work.sum()), float(energy.sum())
         self.natural_residual = float(natural.max())
         self.largest_deflection = float(size.max())
+
+    def _pass(self, kernel: Any, data: tuple[Any, ...], results: tuple[Any, ...] = ()) -> list[Any]:
+        """Return what a kernel returns for each strip of the lattice."""
+        with Team() as team:
+            strips = team.strips(1, self._layout.rows + 1, self._layout.columns)
+            return team.run(kernel, strips, self._grid, *data, *self._arms, *self._place, *self._shape, *results)
 
     @cached_property
     def gap_bound(self) -> float:
@@ -94,23 +88,8 @@ class LatticeBounds:
         size = self.problem.size
         lower, upper = np.empty(size), np.empty(size)
         contact, clear = np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.bool_)
-        with Team() as team:
-            strips = team.strips(1, self._layout.rows + 1, self._layout.columns)
-            found = team.run(
-                enclose,
-                strips,
-                self._grid,
-                self.problem.q,
-                *self._arms,
-                *self._place,
-                *self._shape,
-                self.raise_by,
-                self.lower_by,
-                lower,
-                upper,
-                contact,
-                clear,
-            )
+        results = self.raise_by, self.lower_by, lower, upper, contact, clear
+        found = self._pass(enclose, (self.problem.q,), results)
         bound = max(bound for bound, _ in found)
         if not all(finite for _, finite in found) or not np.isfinite(bound):
             return None

@@ -47,20 +47,20 @@ class Layout:
         """Return zeros on the rectangle with the ring about it."""
         return np.zeros((self.rows + 2, self.columns + 2), dtype=dtype)
 
-    def grid(self, vector: Vector, factor: float = 1.0) -> Grid:
-        """Lay ``factor`` times a vector in node order out, zero elsewhere."""
+    def grid(self, vector: Vector) -> Grid:
+        """Lay a vector in node order out, zero elsewhere."""
         from .layout_kernels import lay_out
 
         grid = self.zeros()
-        lay_out(vector, factor, grid, self.runs)
+        lay_out(vector, grid, self.runs)
         return grid
 
-    def vector(self, grid: Grid, factor: float = 1.0) -> Vector:
-        """Return ``factor`` times the nodes' values, in node order."""
+    def vector(self, grid: Grid) -> Vector:
+        """Return the nodes' values, in node order."""
         from .layout_kernels import take_nodes
 
         vector = np.empty(self.size)
-        take_nodes(grid, factor, vector, self.runs)
+        take_nodes(grid, vector, self.runs)
         return vector
 
 

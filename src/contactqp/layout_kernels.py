@@ -10,21 +10,21 @@ READ_ONLY_VECTOR = "Array(float64, 1, 'C', readonly=True)"
 """What a kernel reads in node order: problems hand out arrays that cannot be written."""
 
 
-@njit(f"void({READ_ONLY_VECTOR}, float64, {GRID}, {RUNS})", cache=True, nogil=True)
-def lay_out(vector, factor, grid, runs):  # type: ignore[no-untyped-def]
-    """Write ``factor`` times a vector in node order on the grid."""
+@njit(f"void({READ_ONLY_VECTOR}, {GRID}, {RUNS})", cache=True, nogil=True)
+def lay_out(vector, grid, runs):  # type: ignore[no-untyped-def]
+    """Write a vector in node order on the grid."""
     for run in range(runs.shape[0]):
         i, first, last, node = runs[run, 0], runs[run, 1], runs[run, 2], runs[run, 3]
         row = grid[i, first:last]
         for k in range(last - first):
-            row[k] = factor * vector[node + k]
+            row[k] = vector[node + k]
 
 
-@njit(f"void({GRID}, float64, float64[::1], {RUNS})", cache=True, nogil=True)
-def take_nodes(grid, factor, vector, runs):  # type: ignore[no-untyped-def]
-    """Write ``factor`` times the nodes' values into a vector in node order."""
+@njit(f"void({GRID}, float64[::1], {RUNS})", cache=True, nogil=True)
+def take_nodes(grid, vector, runs):  # type: ignore[no-untyped-def]
+    """Write the nodes' values into a vector in node order."""
     for run in range(runs.shape[0]):
         i, first, last, node = runs[run, 0], runs[run, 1], runs[run, 2], runs[run, 3]
         row = grid[i, first:last]
         for k in range(last - first):
-            vector[node + k] = factor * row[k]
+            vector[node + k] = row[k]

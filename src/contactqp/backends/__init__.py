@@ -85,16 +85,15 @@ def choose_backend(problem: ContactQP) -> tuple[str, str]:
     and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other M-matrices active
     sets are the fastest at any size. Interior points do not need an M-matrix.
     """
+    from ..active_set.primal_dual import DIRECT_SIZE
+
     if not problem.is_m_matrix:
         return "clarabel", "auto: G is no M-matrix"
-    if problem.size <= _FEW_UNKNOWNS:
+    if problem.size <= DIRECT_SIZE:
         return "active-set", f"auto: {problem.size} unknowns are few"
     if problem.stencil is not None:
         return "multigrid", f"auto: a lattice with {problem.size} nodes"
     return "active-set", f"auto: an M-matrix with {problem.size} unknowns"
-
-
-_FEW_UNKNOWNS = 4000
 
 
 @cache

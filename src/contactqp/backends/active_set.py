@@ -14,7 +14,7 @@ from ..problem import ContactQP
 from ..progress import compiling
 from ..stiffness import SparseStiffness
 from ..team import Team
-from .base import Answer, Backend, Need, Stop, Task
+from .base import Answer, Backend, Need, Stop, Task, feasible_start
 
 _MAX_STEPS = 500
 _LOOK_EVERY = 20
@@ -51,11 +51,6 @@ class ActiveSetBackend(Backend):
         budget = _MAX_STEPS if task.max_iter is None else task.max_iter
         answer = iterate(solver, problem, task, budget, history)
         return replace(answer, setup_seconds=answer.setup_seconds + setup_seconds)
-
-
-def feasible_start(problem: ContactQP, start: Vector) -> Vector:
-    """Return a start without negative gaps at supported nodes."""
-    return np.where(problem.supported, np.maximum(start, 0.0), start)
 
 
 def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:

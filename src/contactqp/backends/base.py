@@ -201,3 +201,8 @@ class Backend(ABC):
                 f"backend {cls.name!r} needs a problem on a lattice (a Membrane or a Cable), "
                 "but G was given as a matrix; take 'active-set'"
             )
+
+
+def feasible_start(problem: ContactQP, start: Vector) -> Vector:
+    """Return a start without negative gaps at supported nodes."""
+    return np.where(problem.supported, np.maximum(start, 0.0), start)

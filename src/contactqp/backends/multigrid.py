@@ -12,8 +12,8 @@ from .._checks import Vector, integer_at_least
 from ..problem import ContactQP
 from ..progress import compiling
 from ..team import Team
-from .active_set import feasible_start, iterate, prepare
-from .base import Answer, Backend, Need, Stop, Task
+from .active_set import iterate, prepare
+from .base import Answer, Backend, Need, Stop, Task, feasible_start
 
 if TYPE_CHECKING:
     from ..multigrid.contact import ContactMultigrid

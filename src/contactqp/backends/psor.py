@@ -14,7 +14,7 @@ import numpy as np
 from .._checks import one_of, open_interval, positive_number
 from ..problem import ContactQP
 from ..progress import compiling
-from .base import Answer, Backend, Stop, Task
+from .base import Answer, Backend, Stop, Task, feasible_start
 
 if TYPE_CHECKING:
     from ..sor.sweepers import Sweeper
@@ -87,11 +87,7 @@ class Psor(Backend):
 
         started = time.perf_counter()
         sweeper: Sweeper
-        start = (
-            None
-            if task.warm_start is None
-            else np.where(problem.supported, np.maximum(task.warm_start, 0.0), task.warm_start)
-        )
+        start = None if task.warm_start is None else feasible_start(problem, task.warm_start)
         if stencil is not None and stencil.uniform:
             sweeper = LatticeSweeper(
                 stencil, problem.q, problem.supported, start, float(task.length_unit), red_black=order == "red-black"

@@ -73,7 +73,6 @@ class ContactMultigrid:
         self._place = net.layout.runs, net.layout.row_start
         self._coarsening = self.hierarchy.levels[0].factors
         self._sweeps = _SWEEPS
-        self._outdated = True
         self._careful = net.varying
 
     def start(self, height: Grid, coarse_deflection: Grid) -> None:
@@ -86,7 +85,6 @@ class ContactMultigrid:
         before = self.estimate
         self._sweep(2 * self._sweeps)
         self.changes, self.estimate = self._restrict(self.net.layout.runs)
-        self._outdated = self._outdated or self.changes > 0
         self.work += self._sweeps + 1
         if self.changes == 0 and self.estimate > _STALLING * before:
             self._sweeps = min(2 * self._sweeps, _MOST_SWEEPS)
@@ -94,9 +92,8 @@ class ContactMultigrid:
 
     def correct(self) -> None:
         """Correct the active nodes from the coarse levels; to be called after `relax`."""
-        if self._outdated:
+        if self.hierarchy.changed.any():
             self.hierarchy.update()
-            self._outdated = False
             self.work += self.hierarchy.points
         self.hierarchy.cycle()
         arguments = self.omega, self._next, self.hierarchy.levels[0].correction, *self._coarsening, *self._place

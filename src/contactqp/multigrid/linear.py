@@ -38,7 +38,7 @@ def solve_linear(stencil: Stencil, force: Vector, tolerance: float = 1e-10, thre
     layout = Layout(stencil.layout.mask, np.zeros_like(stencil.layout.mask))
     net = net_of(stencil, layout)
     with Team(threads) as team:
-        solver = nested_start(net, layout.grid(force, -1.0), layout.zeros(), team)
+        solver = nested_start(net, layout.grid(-force), layout.zeros(), team)
         enough = tolerance * float(np.abs(force).max())
         for _ in range(_MAX_CYCLES):
             solver.relax()

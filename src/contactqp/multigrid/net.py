@@ -58,13 +58,11 @@ class Net:
     def resistance(self, grid: Grid) -> Grid:
         """Return G times a vector on the net, shape (rows, columns); to be used at nodes only."""
         own = grid[1:-1, 1:-1]
-        if isinstance(self.across, float) and isinstance(self.along, float):
-            west, east, south, north = self.across, self.across, self.along, self.along
-            force = west * (own - grid[1:-1, :-2]) + east * (own - grid[1:-1, 2:])
-            return np.asarray(force + (south * (own - grid[:-2, 1:-1]) + north * (own - grid[2:, 1:-1])))
-        across, along = np.asarray(self.across), np.asarray(self.along)
-        force = across[:, :-1] * (own - grid[1:-1, :-2]) + across[:, 1:] * (own - grid[1:-1, 2:])
-        return np.asarray(force + (along[:-1] * (own - grid[:-2, 1:-1]) + along[1:] * (own - grid[2:, 1:-1])))
+        across, along = self.across, self.along
+        west, east = (across, across) if isinstance(across, float) else (across[:, :-1], across[:, 1:])
+        south, north = (along, along) if isinstance(along, float) else (along[:-1], along[1:])
+        force = west * (own - grid[1:-1, :-2]) + east * (own - grid[1:-1, 2:])
+        return np.asarray(force + (south * (own - grid[:-2, 1:-1]) + north * (own - grid[2:, 1:-1])))
 
     def coarse_shape(self) -> tuple[int, int]:
         """Return rows and columns of the next coarser net."""
