@@ -152,9 +152,9 @@ def test_mangasarian_refuses_what_is_no_z_matrix():
         cq.solve(problem, "mangasarian")
     for name in ("osqp", "clarabel", "psor", "auto"):
         solution = cq.solve(problem, name)
-        assert solution.status == cq.Status.SOLVED
+        assert solution.status.ok
         np.testing.assert_allclose(solution.gap, [1.0, 0.0], atol=1e-5)
-        assert "no enclosure is known" in repr(solution)
+        assert "(weaker bound, no M-matrix)" in repr(solution)
 
 
 @pytest.mark.parametrize("cost", [None, np.linspace(0.1, 10.0, 34), np.full(34, 1e-9)])
@@ -241,9 +241,9 @@ def test_every_backend_certifies_down_to_its_reachable_tolerance(name, load):
 
 @pytest.mark.parametrize("name", BACKENDS)
 def test_what_double_precision_cannot_certify_ends_soon_and_says_so(name):
-    solution = cq.solve(cq.gallery.paper_hexagon(), name, tol=1e-15, on_failure="ignore")
+    solution = cq.solve(cq.gallery.paper_hexagon(), name, tol=1e-17, on_failure="ignore")
     assert solution.status == cq.Status.INACCURATE
-    assert solution.relative_bound < 1e-6
+    assert solution.relative_bound < 1e-9
     assert solution.iterations < 20_000
 
 

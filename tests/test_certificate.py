@@ -105,12 +105,17 @@ def test_the_judge_rejects_forged_answers_and_the_enclosure_widens(fault):
     verdict = judge(problem, forged, tol=1e-6)
     assert verdict.status == cq.Status.INACCURATE
     error = np.abs(forged - honest.gap).max()
-    assert error <= verdict.certificate.gap_bound * (1 + 1e-6)
-    assert verdict.certificate.gap_bound > 1e3 * honest.certificate.gap_bound
-    assert verdict.certificate.contains(np.maximum(honest.gap, 0.0))
+    assert error * (1 - 1e-6) <= verdict.certificate.gap_bound
+    if fault not in ("zero", "sign-flipped"):
+        assert verdict.certificate.gap_bound <= 1.5 * error
     assert verdict.certificate.intersects(honest.certificate)
-    assert not judge(problem, honest.gap, tol=1e-6).certificate.contains(forged)
-    assert verdict.certificate.undecided.sum() > 0
+    assert not honest.certificate.contains(forged)
+    fast = cq.certify(problem, forged, effort="fast")
+    assert fast.gap_bound > 1e3 * honest.certificate.gap_bound
+    assert fast.gap_bound >= error * (1 - 1e-6)
+    assert fast.contains(np.maximum(honest.gap, 0.0))
+    assert fast.intersects(honest.certificate)
+    assert fast.undecided.sum() > 0
 
 
 @pytest.mark.parametrize("gap", [None, np.full(1857, np.nan), np.ones(3)])
@@ -136,7 +141,7 @@ def test_residuals_by_hand():
 def test_the_enclosure_by_hand():
     """G = 2, q = -1, so ω* = 1/2; v = 1, s = 2. ω = 0.6 has R = 0.2, τ⁻ = 0.1; ω = 0.4 has R = -0.2, τ⁺ = 0.1."""
     problem = cq.ContactQP([[2.0]], [-1.0])
-    above, below = cq.certify(problem, [0.6]), cq.certify(problem, [0.4])
+    above, below = (cq.certify(problem, [gap], effort="fast") for gap in (0.6, 0.4))
     assert (above.lower[0], above.upper[0]) == pytest.approx((0.5, 0.6))
     assert (below.lower[0], below.upper[0]) == pytest.approx((0.4, 0.5))
     assert above.intersects(below)
@@ -176,24 +181,29 @@ def test_subnormal_errors_are_covered():
     assert Fraction(certificate.upper[0]) >= Fraction(5.246702801007557e-210) / Fraction(1.6286881624563463e103)
 
 
-def test_biactive_nodes_stay_undecided():
-    """ω = R = 0 wherever f is the free membrane's own shape."""
+@pytest.mark.parametrize("effort", ["fast", "sharp"])
+@pytest.mark.parametrize("error", [0.0, 1e-15, 1e-7])
+def test_biactive_nodes_stay_undecided(effort, error):
+    """ω = R = 0 wherever the floor is the free cable's own parabola x(12 - x), in whole numbers: not so beside it."""
+    x = np.arange(1.0, 12.0)
+    floor = x * (12 - x)
+    floor[:3] += 5.0
+    cable = cq.Cable(nodes=11, spacing=1.0, tension=1.0, load=2.0, support=floor)
+    exact = np.where(x < 4, 5.0, 0.0)
+    certificate = cq.certify(cable.problem, exact + error, effort=effort)
+    assert certificate.undecided[3:].all()
+    assert certificate.clear[:3].all()
+
+
+def test_nearly_biactive_nodes_are_decided_only_as_far_as_the_stored_numbers_allow():
+    """The floor is the free membrane's shape but for rounding, so the signs are those of rounding errors."""
     lattice = cq.Frame.rectangle(8, 8).lattice(1.0)
     free = cq.solve(cq.Membrane(lattice, 1.0, 0.25, np.inf), "clarabel", tol=1e-9).deflection
-    biactive = cq.Membrane(lattice, 1.0, 0.25, free)
-    certificate = cq.certify(biactive.problem, np.full(lattice.size, 1e-7))
-    assert certificate.undecided.all()
-
-
-def test_a_matrix_that_is_no_m_matrix_has_no_enclosure():
-    problem = cq.ContactQP(np.array([[1.0, 2.0], [2.0, 5.0]]), [-1.0, -1.0])
-    with pytest.raises(cq.UnsuitableProblemError, match="no enclosure is known"):
-        cq.certify(problem, [1.0, 0.0])
-    verdict = judge(problem, np.array([1.0, 0.0]), tol=1e-6)
-    assert verdict.status == cq.Status.SOLVED
-    assert verdict.certificate is None
-    wrong = judge(problem, np.array([0.0, 0.5]), tol=1e-6)
-    assert wrong.status == cq.Status.INACCURATE
+    problem = cq.Membrane(lattice, 1.0, 0.25, free).problem
+    assert cq.certify(problem, np.full(lattice.size, 1e-7), effort="fast").undecided.all()
+    sharp = cq.certify(problem, np.full(lattice.size, 1e-7))
+    assert sharp.upper.max() < 1e-13
+    assert sharp.intersects(cq.solve(problem, "psor", tol=1e-12, on_failure="ignore").certificate)
 
 
 def test_certify_checks_its_argument():

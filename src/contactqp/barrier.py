@@ -18,8 +18,6 @@ from .rounding import UNDERFLOW, UNIT_ROUNDOFF, growth_bound
 from .stencil import Stencil
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from scipy.sparse import csr_array
 
     from .stiffness import Stiffness
@@ -220,10 +218,9 @@ def _solved(stiffness: Stiffness) -> Barrier | None:
     scaling = sparse.diags_array(balance)
     matrix = (scaling @ stiffness.tocsr() @ scaling).tocsr()
     if stiffness.size > _DIRECT_SIZE:
-        for y in _iterated(matrix, 1 / balance):
-            barrier = _checked(stiffness, balance * y, "linear solve")
-            if barrier is not None:
-                return barrier
+        barrier = _iterated(stiffness, matrix, balance)
+        if barrier is not None:
+            return barrier
     try:
         factors = linalg.splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A")
     except RuntimeError:
@@ -231,18 +228,17 @@ def _solved(stiffness: Stiffness) -> Barrier | None:
     return _checked(stiffness, balance * factors.solve(np.ones(stiffness.size)), "linear solve")
 
 
-def _iterated(matrix: csr_array, candidate: Vector) -> Iterator[Vector]:
-    """Return solutions of matrix y = 1 by conjugate gradients, first to a rough tolerance and then to a finer one."""
+def _iterated(stiffness: Stiffness, matrix: csr_array, balance: Vector) -> Barrier | None:
+    """Return the barrier from conjugate gradients, at first to a rough tolerance, or None if neither will do."""
     from scipy.linalg import LinAlgError
-    from scipy.sparse import linalg
 
-    from .active_set.amg import Amg
+    from .active_set.amg import preconditioned_solutions
 
-    matrix.sort_indices()
     try:
-        amg = Amg(matrix, candidate)
+        for y in preconditioned_solutions(matrix, np.ones(balance.size), 1 / balance, (1e-3, 1e-6)):
+            barrier = _checked(stiffness, balance * y, "linear solve")
+            if barrier is not None:
+                return barrier
     except LinAlgError:
-        return
-    preconditioner = linalg.LinearOperator(matrix.shape, matvec=lambda y: amg.cycle(np.ravel(y)), dtype=np.float64)
-    for tolerance in (1e-3, 1e-6):
-        yield linalg.cg(matrix, np.ones(matrix.shape[0]), rtol=tolerance, maxiter=400, M=preconditioner)[0]
+        pass
+    return None

@@ -2,24 +2,56 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import fsum
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._checks import Mask, Vector, vector
+from ._checks import Mask, Vector, one_of, vector
+from .enclosure import (
+    Base,
+    Enclosure,
+    certain_contact,
+    enclosed_product,
+    enclosed_reaction,
+    enclosure_about,
+    middle_and_radius,
+    modulus_times,
+    multiples,
+)
 from .errors import UnsuitableProblemError
 from .lattice_bounds import LatticeBounds, parabola_of
 from .problem import ContactQP
-from .rounding import DIFFERENCES, UNDERFLOW, UNIT_ROUNDOFF, gamma, growth_bound
+from .rounding import UNDERFLOW, UNIT_ROUNDOFF
+from .sharpening import sharpened
+from .weaker import COMPARISON, EIGENVALUE, weaker_enclosure
+
+Effort = Literal["fast", "sharp"]
 
 
-@dataclass(frozen=True)
+class Bracket(NamedTuple):
+    """A number that is known to lie between two others.
+
+    Attributes
+    ----------
+    lower, upper : float
+    """
+
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, eq=False)
 class Certificate:
     """Bounds that the exact solution ω* of a problem provably satisfies, node by node.
 
     Attributes
     ----------
+    problem : ContactQP
+        The problem.
     lower, upper : array, shape (n,)
         lower ≤ ω* ≤ upper (length).
     gap_bound : float
@@ -29,9 +61,11 @@ class Certificate:
     clear : array of bool, shape (n,)
         Nodes where ω* > 0 is certain, and all nodes without a support.
     barrier : str
-        The kind of barrier that the bounds are multiples of.
+        What the bounds are multiples of: ``"paraboloid"``, ``"strip along x"``, ``"strip along y"``, ``"linear solve"``
+        or ``"free set"``; for a matrix that is no M-matrix ``"comparison matrix"`` or ``"smallest eigenvalue"``.
     """
 
+    problem: ContactQP = field(repr=False)
     lower: Vector
     upper: Vector
     gap_bound: float
@@ -44,11 +78,61 @@ class Certificate:
         """Nodes that are neither certainly clear nor certainly in contact."""
         return ~(self.contact | self.clear)
 
+    @property
+    def weaker(self) -> bool:
+        """Whether the bound is one of those known beyond M-matrices, which may exceed the error by far."""
+        return self.barrier in (COMPARISON, EIGENVALUE)
+
+    @property
+    def contact_nodes(self) -> Bracket:
+        """Bracket of the number of nodes in contact, R* > 0: those certainly so, and with them the undecided ones."""
+        certain = int(np.count_nonzero(self.contact))
+        return Bracket(certain, certain + int(np.count_nonzero(self.undecided)))
+
+    @cached_property
+    def reaction(self) -> tuple[Vector, Vector]:
+        """Lower and upper bounds of the exact reaction R* = Gω* + q (force), shape (n,) each.
+
+        R* is 0 at nodes that are certainly clear, and ≥ 0 everywhere.
+        """
+        problem = self.problem
+        with np.errstate(over="ignore", invalid="ignore"):
+            middle, radius = middle_and_radius(self.lower, self.upper)
+            value, error = enclosed_reaction(problem, middle)
+            reach = modulus_times(problem, radius) * (1 + 1e-12) + error
+            lower, upper = np.nextafter(value - reach, -np.inf), np.nextafter(value + reach, np.inf)
+        known = np.isfinite(lower) & np.isfinite(upper)
+        lower = np.where(known & ~self.clear, np.maximum(lower, 0.0), 0.0)
+        upper = np.where(self.clear, 0.0, np.where(known, np.maximum(upper, 0.0), np.inf))
+        return lower, upper
+
+    @cached_property
+    def total_reaction(self) -> Bracket:
+        """Bracket of the sum of R* over all nodes (force).
+
+        It is the better of two: the sum of the nodes' own brackets, and Σq + cᵀω* with the column sums c of G, which on
+        a lattice are zero but beside the frame.
+        """
+        lower, upper = self.reaction
+        low, high = np.nextafter(fsum(lower), -np.inf), np.nextafter(fsum(upper), np.inf)
+        problem = self.problem
+        columns, slack = column_sums(problem)
+        with np.errstate(over="ignore", invalid="ignore"):
+            middle, radius = middle_and_radius(self.lower, self.upper)
+            product = columns * middle
+            reach = np.abs(columns) * radius + slack * (np.abs(middle) + radius)
+            reach = reach + 4 * UNIT_ROUNDOFF * np.abs(product) + UNDERFLOW
+        if np.isfinite(product).all() and np.isfinite(reach).all():
+            middle_sum, width = fsum([*problem.q, *product]), fsum(reach) * (1 + 1e-12)
+            low = max(low, np.nextafter(middle_sum - width, -np.inf))
+            high = min(high, np.nextafter(middle_sum + width, np.inf))
+        return Bracket(max(0.0, float(low)), float(high))
+
     def contains(self, gap: ArrayLike) -> bool:
         """Whether ``gap`` lies between the bounds at every node.
 
-        An approximate answer may leave its own enclosure by its own error: a supported node's lower bound is never
-        below 0, a backend's gap may be. `intersects` tells whether two answers are compatible.
+        An approximate answer may leave its own enclosure by its own error. `intersects` tells whether two answers are
+        compatible.
         """
         omega = np.asarray(gap)
         return bool(((self.lower <= omega) & (omega <= self.upper)).all())
@@ -58,13 +142,15 @@ class Certificate:
         return bool((np.maximum(self.lower, other.lower) <= np.minimum(self.upper, other.upper)).all())
 
     def __repr__(self) -> str:
+        kind = f"{self.barrier}, weaker than for an M-matrix" if self.weaker else self.barrier
         return (
             f"Certificate(|gap error| <= {self.gap_bound:.3g}; {np.count_nonzero(self.contact)} in contact, "
-            f"{np.count_nonzero(self.clear)} clear, {np.count_nonzero(self.undecided)} undecided; {self.barrier})"
+            f"{np.count_nonzero(self.clear)} clear, {np.count_nonzero(self.undecided)} undecided; {kind})"
         )
 
 
-def certify(problem: ContactQP, gap: ArrayLike) -> Certificate:
+@np.errstate(over="ignore", invalid="ignore")
+def certify(problem: ContactQP, gap: ArrayLike, *, effort: Effort = "sharp") -> Certificate:
     r"""Enclose the exact solution of ``problem``, given any approximate ``gap`` from any program.
 
     With a barrier v > 0, s ≤ Gv, s > 0, and R = Gω + q let
@@ -72,13 +158,10 @@ def certify(problem: ContactQP, gap: ArrayLike) -> Certificate:
     .. math::
         τ⁺ = \max_i \max(0, -ω_i/v_i, -R_i/s_i), \qquad τ⁻ = \max_i \max(0, \min(ω_i/v_i, R_i/s_i)).
 
-    Then ω - τ⁻v ≤ ω* ≤ ω + τ⁺v. *Upper:* ω + τ⁺v is ≥ 0 and its reaction R + τ⁺Gv ≥ R + τ⁺s is ≥ 0: it is
-    feasible, and for an M-matrix ω* is the least feasible vector (Cottle, Pang and Stone, *The Linear
-    Complementarity Problem*, 1992, theorem 3.11.6). *Lower:* put z = ω - τ⁻v; wherever z_i > 0 we have
-    ω_i/v_i > τ⁻, hence R_i/s_i ≤ τ⁻ and (Gz + q)_i ≤ R_i - τ⁻s_i ≤ 0. If z exceeded ω* anywhere, take the largest
-    θ with (z - ω* - θv)_i ≤ 0 for all i, attained at i: there z_i > ω*_i ≥ 0, (G(z - ω*))_i ≤ 0 as (Gω* + q)_i ≥ 0,
-    but (G(z - ω* - θv))_i ≥ 0 for a Z-matrix with the maximum 0 at i, a contradiction with θ(Gv)_i > 0.
-    At a node without support ω_i/v_i counts as +∞ in both formulas.
+    Then ω - τ⁻v ≤ ω* ≤ ω + τ⁺v, for ω + τ⁺v is a supersolution and ω - τ⁻v a subsolution; at a node without support
+    ω_i/v_i counts as +∞. The proof, and that of what makes the bounds sharper, stands in `contactqp.enclosure`: a
+    correction by Newton's method to lay the bounds about, a barrier that vanishes on the contact set, and monotone
+    relaxation. For matrices that are no M-matrices there are weaker bounds, see `contactqp.weaker`.
 
     Every computed quantity is widened by a bound of its rounding error (Higham 2002, ch. 3), so that the
     statement holds for the exact solution of the problem whose G and q are the stored doubles; on a lattice G consists
@@ -87,16 +170,23 @@ def certify(problem: ContactQP, gap: ArrayLike) -> Certificate:
     Parameters
     ----------
     problem : ContactQP
-        Its matrix must be an M-matrix.
+        Any; what is known of its matrix decides on the kind of bound.
     gap : array, shape (n,)
         The approximate solution ω (length); it need not be feasible.
+    effort : {"sharp", "fast"}
+        ``"fast"`` evaluates the formulas above, on a lattice in a pass or two over it. ``"sharp"`` takes some
+        linear solves on the nodes that are not in contact, and bounds the error to within a factor of two as a rule.
+
+    Returns
+    -------
+    Certificate
 
     Raises
     ------
     UnsuitableProblemError
-        If the matrix is not (verifiably) an M-matrix: then no such bound is known.
+        If no bound is known: the matrix is no M-matrix and no H-matrix, and too large for a dense factorisation.
     ValueError
-        If ``gap`` has the wrong shape or is not finite.
+        If ``gap`` has the wrong shape or is not finite, or ``effort`` is unknown.
 
     Examples
     --------
@@ -106,76 +196,84 @@ def certify(problem: ContactQP, gap: ArrayLike) -> Certificate:
     >>> cq.certify(problem, [0.5, 0.0]).gap_bound < 1e-14
     True
     >>> cq.certify(problem, [0.51, 0.0])
+    Certificate(|gap error| <= 0.01; 1 in contact, 1 clear, 0 undecided; linear solve)
+    >>> cq.certify(problem, [0.51, 0.0], effort="fast")
     Certificate(|gap error| <= 0.02; 1 in contact, 1 clear, 0 undecided; linear solve)
     """
-    barrier = problem.barrier
-    if barrier is None:
-        raise UnsuitableProblemError(
-            f"no enclosure is known for {problem!r}: its matrix is not verifiably an M-matrix; rely on the residuals"
-        )
+    one_of(effort, ("fast", "sharp"), "effort")
     omega = vector(gap, problem.size, "gap")
+    if problem.barrier is None:
+        return _weaker_certificate(problem, omega)
     parabola = parabola_of(problem)
-    if parabola is not None:
-        return certificate_of(LatticeBounds(problem, parabola, omega))
-    v, s, free = barrier.v, barrier.s, ~problem.supported
+    if parabola is None:
+        first = fast_enclosure(problem, omega)
+        return sharp_certificate(problem, first) if effort == "sharp" else _certificate(problem, first)
+    fast = certificate_of(LatticeBounds(problem, parabola, omega))
+    return sharper(fast, omega) if effort == "sharp" else fast
 
-    with np.errstate(over="ignore", invalid="ignore"):
-        reaction, error = _enclosed_reaction(problem, omega)
-        clearance = omega / v
-        clearance[free] = np.inf
-        grow = 1 + 16 * UNIT_ROUNDOFF
-        raise_by = grow * np.maximum(-clearance, (error - reaction) / s).max(initial=0.0) + UNDERFLOW
-        lower_by = grow * np.minimum(clearance, (error + reaction) / s).max(initial=0.0) + UNDERFLOW
 
-        slack = 4 * UNIT_ROUNDOFF
-        upper = omega + raise_by * v
-        upper += slack * (np.abs(omega) + raise_by * v) + UNDERFLOW
-        lower = omega - lower_by * v
-        lower -= slack * (np.abs(omega) + lower_by * v) + UNDERFLOW
-        np.maximum(lower, 0.0, out=lower, where=problem.supported)
-        upper_reaction, upper_error = _enclosed_reaction(problem, upper)
-        # The reaction with node i itself held at zero gap and all others as far away as they can be.
-        own = problem.stiffness.diagonal() * upper
-        held_shut = upper_reaction - own
-        contact = (held_shut > 2 * upper_error + gamma(DIFFERENCES) * np.abs(own)) & problem.supported
-        gap_bound = grow * np.maximum(upper - omega, omega - lower).max() + UNDERFLOW
-    if not (np.isfinite(upper_reaction).all() and np.isfinite(upper_error).all() and np.isfinite(gap_bound)):
-        return _know_nothing(problem, barrier.kind)
-    return Certificate(lower, upper, float(gap_bound), contact, (lower > 0) | free, barrier.kind)
+@np.errstate(over="ignore", invalid="ignore")
+def fast_enclosure(problem: ContactQP, omega: Vector) -> Enclosure:
+    """Return the enclosure about ``omega`` by the barrier of an M-matrix."""
+    barrier = problem.barrier
+    assert barrier is not None
+    base = Base.of(problem, omega)
+    found = multiples(problem, base, barrier.v, barrier.s)
+    return enclosure_about(omega, problem.supported, base, barrier.v, found, barrier.kind)
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def sharper(certificate: Certificate, omega: Vector) -> Certificate:
+    """Return the sharp certificate of the answer whose fast one is given; a weaker one stays what it is."""
+    if certificate.weaker:
+        return certificate
+    fall = np.nextafter(omega - certificate.lower, np.inf)
+    rise = np.nextafter(certificate.upper - omega, np.inf)
+    return sharp_certificate(certificate.problem, Enclosure(omega, fall, rise, certificate.barrier))
+
+
+def sharp_certificate(problem: ContactQP, first: Enclosure) -> Certificate:
+    """Return the sharp certificate of an answer, from a first enclosure about it; only for an M-matrix."""
+    if not np.isfinite(first.bound):
+        return _know_nothing(problem, first.barrier)
+    return _certificate(problem, sharpened(problem, first.answer, first))
 
 
 def certificate_of(bounds: LatticeBounds) -> Certificate:
-    """Return the certificate of an answer on a large lattice that has been measured already."""
+    """Return the fast certificate of an answer on a large lattice that has been measured already."""
     found = bounds.enclosure()
     if found is None:
         return _know_nothing(bounds.problem, bounds.barrier.kind)
     lower, upper, contact, clear, gap_bound = found
-    return Certificate(lower, upper, gap_bound, contact, clear, bounds.barrier.kind)
+    return Certificate(bounds.problem, lower, upper, gap_bound, contact, clear, bounds.barrier.kind)
+
+
+def column_sums(problem: ContactQP) -> tuple[Vector, Vector]:
+    """Return the column sums of G, and bounds of their rounding errors."""
+    return enclosed_product(problem, np.ones(problem.size))
+
+
+def _certificate(problem: ContactQP, found: Enclosure) -> Certificate:
+    lower, upper = found.bounds(problem.supported)
+    if not (np.isfinite(found.bound) and np.isfinite(lower).all() and np.isfinite(upper).all()):
+        return _know_nothing(problem, found.barrier)
+    contact = certain_contact(problem, lower, upper)
+    clear = (lower > 0) | ~problem.supported
+    return Certificate(problem, lower, upper, found.bound, contact, clear, found.barrier)
+
+
+def _weaker_certificate(problem: ContactQP, omega: Vector) -> Certificate:
+    found = weaker_enclosure(problem, omega)
+    if found is None:
+        raise UnsuitableProblemError(
+            f"no enclosure is known for {problem!r}: its matrix is neither an M-matrix nor an H-matrix, and "
+            "too large for a proof of its smallest eigenvalue; rely on the residuals"
+        )
+    return _certificate(problem, found)
 
 
 def _know_nothing(problem: ContactQP, barrier: str) -> Certificate:
     """Return the enclosure that always holds, for numbers whose bounds overflow."""
     nowhere = np.zeros(problem.size, dtype=np.bool_)
     lower = np.where(problem.supported, 0.0, -np.inf)
-    return Certificate(lower, np.full(problem.size, np.inf), np.inf, nowhere, ~problem.supported, barrier)
-
-
-def _enclosed_reaction(problem: ContactQP, omega: Vector) -> tuple[Vector, Vector]:
-    """Return R = Gω + q as computed, and a bound of its rounding error."""
-    stencil = problem.stencil
-    if stencil is not None:
-        # Differences of neighbours keep the digits that a product with the diagonal would lose.
-        reaction, bound = stencil.pull_and_magnitude(stencil.pad(omega))
-        bound += np.abs(problem.q)
-        bound *= gamma(DIFFERENCES)
-    else:
-        reaction = problem.stiffness.matvec(omega)
-        magnitude = np.abs(omega)
-        # |G| |ω| of a Z-matrix, without a second matrix: twice the diagonal part less G |ω|.
-        bound = 2 * problem.stiffness.diagonal() * magnitude - (
-            reaction if omega.min() >= 0 else problem.stiffness.matvec(magnitude)
-        )
-        bound += np.abs(problem.q)
-        bound *= growth_bound(problem.stiffness)
-    bound += UNDERFLOW
-    return reaction + problem.q, bound
+    return Certificate(problem, lower, np.full(problem.size, np.inf), np.inf, nowhere, ~problem.supported, barrier)

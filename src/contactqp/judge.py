@@ -8,7 +8,8 @@ from enum import StrEnum
 import numpy as np
 
 from ._checks import Vector
-from .certificate import Certificate, certificate_of, certify
+from .certificate import Certificate, certificate_of, certify, fast_enclosure, sharper
+from .errors import UnsuitableProblemError
 from .lattice_bounds import LatticeBounds, parabola_of
 from .problem import ContactQP
 
@@ -36,7 +37,7 @@ class Status(StrEnum):
 
 _ADVICE = {
     Status.CERTIFIED: "The exact solution of the discrete problem is proven to lie within tol of the answer.",
-    Status.SOLVED: "The residuals are within tol; for this matrix no enclosure is known, so nothing is proven.",
+    Status.SOLVED: "The residuals are within tol; what is known of such a matrix does not prove the error to be.",
     Status.INACCURATE: "Use it with the bound that it achieved, loosen tol, or take another backend.",
     Status.ITERATION_LIMIT: "Raise max_iter, pass this answer as warm_start, or take another backend.",
     Status.TIME_LIMIT: "Raise time_limit, pass this answer as warm_start, or take another backend.",
@@ -83,7 +84,8 @@ class Verdict:
     residuals : Residuals or None
         None if the answer is not a finite vector.
     certificate : Certificate or None
-        None if the answer is not a finite vector or the matrix is no M-matrix.
+        None if the answer is not a finite vector, or nothing is known of such a matrix. It is the fast one, where that
+        is good enough.
     relative_bound : float
         The certified bound over the problem's gap scale (see `answer_scale`); without a certificate the natural
         residual over it; infinite where there is no answer.
@@ -152,18 +154,21 @@ def _measured_scale(problem: ContactQP, largest_deflection: float) -> float:
 
 
 def relative_bound(problem: ContactQP, gap: Vector) -> float:
-    """Return the bound that the judge would find for a finite ``gap``, or a little more, over the gap scale."""
+    """Return a bound of the error of a finite ``gap`` over the gap scale, as cheaply as it can be had.
+
+    For an M-matrix it is that of the fast certificate, or a little more; otherwise it is the natural residual.
+    """
     parabola = parabola_of(problem)
     if parabola is not None:
         bounds = LatticeBounds(problem, parabola, gap)
         return bounds.gap_bound / _measured_scale(problem, bounds.largest_deflection)
     certified = problem.is_m_matrix
-    bound = certify(problem, gap).gap_bound if certified else compute_residuals(problem, gap).natural_residual
+    bound = fast_enclosure(problem, gap).bound if certified else compute_residuals(problem, gap).natural_residual
     return bound / answer_scale(problem, gap)
 
 
 def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | None = None) -> Verdict:
-    """Judge an answer.
+    """Judge an answer: by the fast certificate, and where that is not within ``tol``, by the sharp one.
 
     Parameters
     ----------
@@ -184,21 +189,30 @@ def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | No
         return Verdict(limit or Status.FAILED, None, None, np.inf)
     parabola = parabola_of(problem)
     if parabola is not None:
-        return _judge_on_lattice(LatticeBounds(problem, parabola, gap), tol, limit)
-    residuals = compute_residuals(problem, gap)
-    certificate = None
-    if problem.is_m_matrix:
-        certificate = certify(problem, gap)
-        error, good = certificate.gap_bound, Status.CERTIFIED
+        bounds = LatticeBounds(problem, parabola, gap)
+        residuals, scale = _residuals_of(bounds), _measured_scale(problem, bounds.largest_deflection)
+        certificate: Certificate | None = certificate_of(bounds)
     else:
-        error, good = residuals.natural_residual, Status.SOLVED
-    relative = error / answer_scale(problem, gap)
-    status = good if relative <= tol else limit or Status.INACCURATE
-    return Verdict(status, residuals, certificate, relative)
+        residuals, scale = compute_residuals(problem, gap), answer_scale(problem, gap)
+        certificate = _fast_certificate(problem, gap)
+    if certificate is not None and certificate.gap_bound > tol * scale and problem.size <= _WORTH_A_SECOND_LOOK:
+        certificate = sharper(certificate, gap)
+    error = residuals.natural_residual if certificate is None else certificate.gap_bound
+    if certificate is not None and error <= tol * scale:
+        status = Status.CERTIFIED
+    elif not problem.is_m_matrix and residuals.natural_residual <= tol * scale:
+        status = Status.SOLVED
+    else:
+        status = limit or Status.INACCURATE
+    return Verdict(status, residuals, certificate, error / scale)
 
 
-def _judge_on_lattice(bounds: LatticeBounds, tol: float, limit: Status | None) -> Verdict:
-    certificate = certificate_of(bounds)
-    relative = certificate.gap_bound / _measured_scale(bounds.problem, bounds.largest_deflection)
-    status = Status.CERTIFIED if relative <= tol else limit or Status.INACCURATE
-    return Verdict(status, _residuals_of(bounds), certificate, relative)
+_WORTH_A_SECOND_LOOK = 5_000_000
+"""Unknowns up to which the sharp certificate fits into memory several times over."""
+
+
+def _fast_certificate(problem: ContactQP, gap: Vector) -> Certificate | None:
+    try:
+        return certify(problem, gap, effort="fast")
+    except UnsuitableProblemError:
+        return None

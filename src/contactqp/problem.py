@@ -194,6 +194,23 @@ class ContactQP:
         return found
 
     @cached_property
+    def comparison_barrier(self) -> Barrier | None:
+        """A vector v > 0 with ⟨G⟩v > 0, where ⟨G⟩ is G with its off-diagonal entries made ≤ 0, or None.
+
+        It proves G an H-matrix, for which an enclosure is known as well (see `contactqp.weaker`).
+        """
+        if self.is_z_matrix:
+            return self.barrier
+        return find_barrier(self.stiffness.comparison()) if isinstance(self.stiffness, SparseStiffness) else None
+
+    @cached_property
+    def least_eigenvalue(self) -> tuple[float, Vector] | None:
+        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None for large matrices."""
+        from .weaker import proven_least_eigenvalue
+
+        return proven_least_eigenvalue(self.G)
+
+    @cached_property
     def gap_scale(self) -> float:
         """Length by which tolerances are measured, > 0 (see the class)."""
         if self._gap_scale is not None:

@@ -109,10 +109,10 @@ class Stencil:
         """Return the diagonal of G, shape (size,), force per length."""
         if self.uniform:
             return np.full(self.size, self._joined_arms())
-        west, east, south, north = self._weights()
+        west, east, south, north = self.weights()
         with np.errstate(over="ignore"):
             joined = (west + east) + (south + north)
-        return self._nodes.take(np.broadcast_to(joined, self.mask.shape))
+        return self.take(np.broadcast_to(joined, self.mask.shape))
 
     def _joined_arms(self) -> float:
         """Return the stiffness of four equal arms together."""
@@ -124,14 +124,14 @@ class Stencil:
 
     def matvec(self, vector: Vector) -> Vector:
         """Return G times a vector in node order, shape (size,)."""
-        west, east, south, north = self._weights()
+        west, east, south, north = self.weights()
         padded = self.pad(vector)
         result = ((west + east) + (south + north)) * padded[1:-1, 1:-1]
         result -= west * padded[1:-1, :-2]
         result -= east * padded[1:-1, 2:]
         result -= south * padded[:-2, 1:-1]
         result -= north * padded[2:, 1:-1]
-        return self._nodes.take(result)
+        return self.take(result)
 
     def pull(self, height: _Grid) -> Vector:
         """Return the force with which the arms resist a shape: sum of stiffness x (own height - the other end's).
@@ -148,15 +148,15 @@ class Stencil:
         -------
         array, shape (size,)
         """
-        west, east, south, north = self._weights()
+        west, east, south, north = self.weights()
         own = height[1:-1, 1:-1]
         force = west * (own - height[1:-1, :-2]) + east * (own - height[1:-1, 2:])
         force = force + (south * (own - height[:-2, 1:-1]) + north * (own - height[2:, 1:-1]))
-        return self._nodes.take(force)
+        return self.take(force)
 
     def pull_and_magnitude(self, height: _Grid) -> tuple[Vector, Vector]:
         """Return the force of `pull`, and the same sum with the moduli of the differences."""
-        west, east, south, north = self._weights()
+        west, east, south, north = self.weights()
         own = height[1:-1, 1:-1]
         force, magnitude = np.zeros(self.mask.shape), np.zeros(self.mask.shape)
         for arms, one, other in (
@@ -166,14 +166,14 @@ class Stencil:
             first, second = own - one, own - other
             force += arms[0] * first + arms[1] * second
             magnitude += arms[0] * np.abs(first) + arms[1] * np.abs(second)
-        return self._nodes.take(force), self._nodes.take(magnitude)
+        return self.take(force), self.take(magnitude)
 
     def _refuse_floating_parts(self) -> None:
         from scipy.sparse import csgraph
 
         matrix = self.tocsr()
         count, part = csgraph.connected_components(matrix, directed=False)
-        west, east, south, north = (np.broadcast_to(arm, self.mask.shape) for arm in self._weights())
+        west, east, south, north = (np.broadcast_to(arm, self.mask.shape) for arm in self.weights())
         points = self.padded_mask()
         held = (
             west * ~points[1:-1, :-2]
@@ -193,13 +193,17 @@ class Stencil:
         self._nodes.put(padded[1:-1, 1:-1], vector)
         return padded
 
+    def take(self, grid: NDArray[Any]) -> NDArray[Any]:
+        """Return the nodes' values of an array on the net, in node order."""
+        return self._nodes.take(grid)
+
     def padded_mask(self) -> Mask:
         """Return the mask with a ring of frame points about it."""
         return np.pad(self.mask, 1)
 
     def frame_points(self) -> Mask:
         """Return where, on the net with a ring about it, a frame point is joined to a node by an arm."""
-        west, east, south, north = (np.broadcast_to(arm > 0, self.mask.shape) & self.mask for arm in self._weights())
+        west, east, south, north = (np.broadcast_to(arm > 0, self.mask.shape) & self.mask for arm in self.weights())
         joined = np.zeros((self.mask.shape[0] + 2, self.mask.shape[1] + 2), dtype=bool)
         joined[1:-1, :-2] |= west
         joined[1:-1, 2:] |= east
@@ -238,7 +242,7 @@ class Stencil:
         np.cumsum(kept.sum(axis=1), out=pointers[1:])
         return csr_array((values[kept], columns[kept], pointers), shape=(self.size, self.size))
 
-    def _weights(self) -> tuple[Any, Any, Any, Any]:
+    def weights(self) -> tuple[Any, Any, Any, Any]:
         """Return the stiffness of the west, east, south and north arm of every point of the net."""
         horizontal, vertical = self.horizontal, self.vertical
         west, east = (horizontal, horizontal) if horizontal.ndim == 0 else (horizontal[:, :-1], horizontal[:, 1:])
@@ -247,7 +251,7 @@ class Stencil:
 
     def _node_arms(self) -> tuple[_Grid, _Grid]:
         """Return the stiffness of each point's west and south arm, 0 where it does not join two nodes."""
-        west, _, south, _ = self._weights()
+        west, _, south, _ = self.weights()
         west_arm, south_arm = np.zeros(self.mask.shape), np.zeros(self.mask.shape)
         west_arm[:, 1:] = np.where(
             self.mask[:, 1:] & self.mask[:, :-1], np.broadcast_to(west, self.mask.shape)[:, 1:], 0.0

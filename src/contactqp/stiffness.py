@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -70,6 +71,20 @@ class SparseStiffness:
     def diagonal(self) -> Vector:
         """Return the diagonal."""
         return np.asarray(self._matrix.diagonal())
+
+    def modulus_matvec(self, vector: Vector) -> Vector:
+        """Return |G| times ``vector``."""
+        return np.asarray(self._modulus @ vector)
+
+    @cached_property
+    def _modulus(self) -> csr_array:
+        return abs(self._matrix)
+
+    def comparison(self) -> SparseStiffness:
+        """Return the comparison matrix: the diagonal of G, and -|G_ij| beside it."""
+        from scipy import sparse
+
+        return SparseStiffness((sparse.diags_array(2 * self.diagonal()) - self._modulus).tocsr())
 
     @property
     def finite(self) -> bool:

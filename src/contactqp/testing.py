@@ -47,7 +47,7 @@ def assert_complementary(problem: ContactQP | TensionedNet, gap: ArrayLike, *, t
     ...     assert_complementary(cable, solution.gap + 0.1)
     ... except AssertionError as error:
     ...     print(error)
-    gap does not solve Cable(9 nodes, spacing=1, tension=1): certified bound 0.24 > 1e-06 of the gap scale
+    gap does not solve Cable(9 nodes, spacing=1, tension=1): certified bound 0.053 > 1e-06 of the gap scale
       worst node 1 (x=2, y=0): gap 0.1, reaction 0.5, min(gap, R/G_ii) = 0.1
       min gap 0.1, min reaction 0.1, gap·R 0.72
     """

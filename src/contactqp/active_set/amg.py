@@ -6,6 +6,7 @@ backwards after the coarse correction is symmetric, as conjugate gradients want 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +26,35 @@ _COARSEST = 400
 _MOST_LEVELS = 25
 
 _POWER_STEPS = 6
+
+
+def preconditioned_solutions(
+    matrix: csr_array, force: Vector, candidate: Vector, tolerances: tuple[float, ...]
+) -> Iterator[Vector]:
+    """Return solutions by conjugate gradients with smoothed aggregation, to each of the tolerances.
+
+    Parameters
+    ----------
+    matrix : csr_array, shape (n, n)
+        Symmetric positive definite; its column numbers are put into order.
+    force : array, shape (n,)
+    candidate : array, shape (n,)
+        See `Amg`.
+    tolerances : tuple of float
+        Residuals relative to the force, in the Euclidean norm.
+
+    Raises
+    ------
+    scipy.linalg.LinAlgError
+        If the matrix turns out not to be positive definite.
+    """
+    from scipy.sparse import linalg
+
+    matrix.sort_indices()
+    amg = Amg(matrix, candidate)
+    preconditioner = linalg.LinearOperator(matrix.shape, matvec=lambda y: amg.cycle(np.ravel(y)), dtype=np.float64)
+    for tolerance in tolerances:
+        yield linalg.cg(matrix, force, rtol=tolerance, maxiter=400, M=preconditioner)[0]
 
 
 class Level:

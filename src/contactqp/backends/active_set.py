@@ -29,7 +29,7 @@ class ActiveSetBackend(Backend):
     package: ClassVar[str] = "scipy"
     iteration_unit: ClassVar[str] = "step"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.Z_MATRIX})
-    reachable_tol: ClassVar[float | None] = 1e-11
+    reachable_tol: ClassVar[float | None] = 1e-14
 
     def solve(self, problem: ContactQP, task: Task, *, history: bool = False) -> Answer:
         """Solve by active sets.

@@ -30,7 +30,7 @@ class Clarabel(Backend):
     name: ClassVar[str] = "clarabel"
     summary: ClassVar[str] = "interior point"
     package: ClassVar[str] = "clarabel"
-    reachable_tol: ClassVar[float | None] = 1e-11
+    reachable_tol: ClassVar[float | None] = 1e-12
 
     def solve(
         self,

@@ -31,7 +31,7 @@ class Mangasarian(Backend):
     name: ClassVar[str] = "mangasarian"
     summary: ClassVar[str] = "single linear program (HiGHS through scipy.optimize.linprog)"
     package: ClassVar[str] = "scipy"
-    reachable_tol: ClassVar[float | None] = 1e-7
+    reachable_tol: ClassVar[float | None] = 1e-9
     needs: ClassVar[frozenset[Need]] = frozenset({Need.Z_MATRIX})
 
     def solve(

@@ -38,7 +38,7 @@ class Multigrid(Backend):
     package: ClassVar[str] = "numba"
     iteration_unit: ClassVar[str] = "cycle"
     needs: ClassVar[frozenset[Need]] = frozenset({Need.LATTICE})
-    reachable_tol: ClassVar[float | None] = 1e-11
+    reachable_tol: ClassVar[float | None] = 1e-13
 
     def solve(self, problem: ContactQP, task: Task, *, threads: int | None = None, history: bool = False) -> Answer:
         """Solve by contact multigrid.

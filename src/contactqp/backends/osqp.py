@@ -28,7 +28,7 @@ class Osqp(Backend):
     name: ClassVar[str] = "osqp"
     summary: ClassVar[str] = "operator splitting (ADMM)"
     package: ClassVar[str] = "osqp"
-    reachable_tol: ClassVar[float | None] = 1e-11
+    reachable_tol: ClassVar[float | None] = 1e-13
 
     def solve(
         self,

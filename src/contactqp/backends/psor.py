@@ -32,7 +32,7 @@ class Psor(Backend):
     name: ClassVar[str] = "psor"
     summary: ClassVar[str] = "projected over-relaxation (own kernels)"
     package: ClassVar[str] = "numba"
-    reachable_tol: ClassVar[float | None] = 1e-11
+    reachable_tol: ClassVar[float | None] = 1e-13
     iteration_unit: ClassVar[str] = "sweep"
 
     def solve(

@@ -1,0 +1,145 @@
+r"""Enclosures for matrices that are no M-matrices; they are symmetric about a base, and weaker.
+
+*H-matrices.* Let ⟨G⟩ have the diagonal of G and the off-diagonal entries -\|G_ij\|, and let v > 0, 0 < s ≤ ⟨G⟩v. Then
+
+.. math:: |ω - ω*| ≤ τv, \qquad τ = \max_i \max(0, -ω_i/v_i, -R_i/s_i, \min(ω_i/v_i, R_i/s_i)).
+
+Proof: let e = ω - ω* and θ = max \|e_i\|/v_i, attained at i. Then \|(Ge)_i\| ≥ θ(⟨G⟩v)_i ≥ θs_i with the sign of e_i.
+If e_i > 0, then R_i = R*_i + (Ge)_i ≥ θs_i and ω_i = ω*_i + θv_i ≥ θv_i. If e_i < 0, either ω*_i > 0, so R*_i = 0 and
+R_i ≤ -θs_i, or ω*_i = 0 and ω_i = -θv_i. (Bounds in norms for H-matrices: Chen and Xiang, *Computation of error
+bounds for P-matrix linear complementarity problems*, Math. Program. 106, 2006.)
+
+*Symmetric positive definite matrices.* Let λ > 0 be a lower bound of the smallest eigenvalue, u the answer with zeros
+where R_i/G_ii > ω_i, R its reaction, and ρ_i = \|R_i\| where u_i ≠ 0 or there is no support, ρ_i = max(0, -R_i)
+elsewhere. Then ‖u - ω*‖₂ ≤ ‖ρ‖₂/λ. Proof: with e = u - ω*, eᵀGe = eᵀ(R - R*). For every i, e_i(R_i - R*_i) ≤
+\|e_i\|ρ_i: as ω*_iR*_i = 0 and u_i ≥ 0, it is -e_iR*_i = -u_iR*_i ≤ 0, and where u_i = 0, e_i = -ω*_i ≤ 0. So λ‖e‖² ≤
+eᵀGe ≤ ‖e‖‖ρ‖. (It is the classical bound for strongly monotone problems, Pang, *A posteriori error bounds for the
+linearly-constrained variational inequality problem*, Math. Oper. Res. 12, 1987, with a residual that complementarity
+makes smaller.) The unknowns are first scaled by powers of two that bring the diagonal close to one, which rounds
+nothing.
+
+That λ is a lower bound is proven by a Cholesky factorisation of G - σI that runs to completion in floating point:
+then the smallest eigenvalue of G - σI is at least -γ_{n+1}/(1 - γ_{n+1}) times its trace (Rump, *Verification of
+positive definiteness*, BIT 46, 2006; Higham 2002, theorem 10.3).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ._checks import Vector
+from .enclosure import Base, Enclosure, enclosed_reaction, multiples
+from .rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+    from .problem import ContactQP
+
+COMPARISON, EIGENVALUE = "comparison matrix", "smallest eigenvalue"
+
+DENSE_SIZE = 3000
+"""Up to this many unknowns a dense factorisation is affordable."""
+
+_TRIALS = (0.9, 0.5, 0.1, 1e-2, 1e-4)
+"""Parts of an estimate of the smallest eigenvalue that are tried as a proven bound, in turn."""
+
+_POWER_STEPS = 8
+
+
+def weaker_enclosure(problem: ContactQP, answer: Vector) -> Enclosure | None:
+    """Return an enclosure of the solution for a matrix that is no M-matrix, or None where none is known."""
+    comparison = problem.comparison_barrier
+    if comparison is not None:
+        found = multiples(problem, Base.of(problem, answer), comparison.v, comparison.s)
+        reach = max(found.raise_by, found.lower_by) * comparison.v * (1 + 8 * UNIT_ROUNDOFF) + UNDERFLOW
+        return _about(problem, answer, answer, reach, COMPARISON)
+    least = problem.least_eigenvalue
+    if least is None:
+        return None
+    value, units = least
+    reaction, _ = enclosed_reaction(problem, answer)
+    shut = problem.supported & ((reaction / problem.stiffness.diagonal() > answer) | (answer < 0))
+    base = np.where(shut, 0.0, answer)
+    reaction, error = enclosed_reaction(problem, base)
+    free = (base != 0) | ~problem.supported
+    out_of_balance = np.where(free, np.abs(reaction), np.maximum(0.0, -reaction)) + error
+    with np.errstate(over="ignore"):
+        norm = float(np.linalg.norm(out_of_balance * units)) * (1 + gamma(problem.size + 8)) + UNDERFLOW
+        reach = (norm / value) * units * (1 + 8 * UNIT_ROUNDOFF) + UNDERFLOW
+    return _about(problem, answer, base, reach, EIGENVALUE)
+
+
+def _about(problem: ContactQP, answer: Vector, base: Vector, reach: Vector, kind: str) -> Enclosure:
+    """Return base ± reach as an enclosure about the answer; the base differs from it by zeros only."""
+    fall = np.nextafter((answer - base) + reach, np.inf)
+    rise = np.nextafter((base - answer) + reach, np.inf)
+    np.minimum(fall, answer, out=fall, where=problem.supported)
+    return Enclosure(answer, fall, rise, kind)
+
+
+def proven_least_eigenvalue(matrix: csr_array) -> tuple[float, Vector] | None:
+    """Return a proven lower bound > 0 of the smallest eigenvalue of DGD, and the powers of two D; or None.
+
+    Parameters
+    ----------
+    matrix : csr_array, shape (n, n)
+        Symmetric; D brings its diagonal into [1/2, 2).
+
+    Examples
+    --------
+    >>> from scipy.sparse import csr_array
+    >>> least, units = proven_least_eigenvalue(csr_array([[1.0, 0.5], [0.5, 1.0]]))
+    >>> 0.4 < least < 0.5, units.tolist()
+    (True, [1.0, 1.0])
+    """
+    size = matrix.shape[0]
+    if size > DENSE_SIZE:
+        return None
+    exponents = np.round(-0.5 * np.log2(matrix.diagonal()))
+    units = np.ldexp(1.0, exponents.astype(int))
+    with np.errstate(over="ignore", under="ignore"):
+        scaled = units[:, None] * matrix.toarray() * units[None, :]
+        exact = np.array_equal(scaled / units[:, None] / units[None, :], matrix.toarray())
+    if not (exact and np.isfinite(scaled).all() and np.isfinite(units).all()):
+        return None
+    estimate = _estimated_least_eigenvalue(scaled)
+    for part in _TRIALS if estimate > 0 else ():
+        bound = _proven_above(scaled, part * estimate)
+        if bound > 0:
+            return bound, units
+    return None
+
+
+def _estimated_least_eigenvalue(scaled: np.ndarray) -> float:
+    """Return a rough estimate, by inverse iteration."""
+    from scipy import linalg
+
+    try:
+        factors = linalg.cho_factor(scaled, lower=True, check_finite=False)
+    except linalg.LinAlgError:
+        return 0.0
+    vector = np.random.default_rng(0).uniform(-1, 1, scaled.shape[0])
+    length = 1.0
+    for _ in range(_POWER_STEPS):
+        vector = linalg.cho_solve(factors, vector / np.linalg.norm(vector), check_finite=False)
+        length = float(np.linalg.norm(vector))
+    return 1 / length
+
+
+def _proven_above(scaled: np.ndarray, shift: float) -> float:
+    """Return a lower bound of the smallest eigenvalue close to ``shift``, and 0 where that is not proven."""
+    size = scaled.shape[0]
+    shifted = scaled.copy()
+    shifted[np.diag_indices(size)] -= shift
+    try:
+        np.linalg.cholesky(shifted)
+    except np.linalg.LinAlgError:
+        return 0.0
+    growth = gamma(size + 1)
+    trace = float(np.trace(scaled)) * (1 + gamma(size))
+    # The diagonal, below 2, was rounded when it was shifted.
+    lost = growth / (1 - growth) * trace + 4 * UNIT_ROUNDOFF + size * UNDERFLOW
+    return float(max(0.0, shift - 1.01 * lost))

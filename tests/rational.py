@@ -1,0 +1,149 @@
+"""Contact problems that try rounding bounds hard, and their exact solutions in rational numbers."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+
+import contactqp as cq
+from contactqp.stencil import Stencil
+
+
+def exact_matrix(problem):
+    """Return G as the package means it, in rational numbers: on a lattice the exact sums of the arms."""
+    stencil = problem.stencil
+    if stencil is None:
+        return [[Fraction(float(entry)) for entry in row] for row in problem.G.toarray()]
+    number = np.full((stencil.mask.shape[0] + 2, stencil.mask.shape[1] + 2), -1)
+    number[1:-1, 1:-1][stencil.mask] = np.arange(stencil.size)
+    arms = [np.broadcast_to(arm, stencil.mask.shape) for arm in stencil.weights()]
+    matrix = [[Fraction(0)] * stencil.size for _ in range(stencil.size)]
+    for i, j in np.argwhere(stencil.mask):
+        own = number[i + 1, j + 1]
+        for arm, (down, right) in zip(arms, ((0, -1), (0, 1), (-1, 0), (1, 0)), strict=True):
+            weight, other = Fraction(float(arm[i, j])), number[i + 1 + down, j + 1 + right]
+            matrix[own][own] += weight
+            if other >= 0:
+                matrix[own][other] -= weight
+    return matrix
+
+
+def exact_solution(problem, guess=None):
+    """Return gap and reaction of the exact solution, trying every contact set, that of ``guess`` first."""
+    matrix = exact_matrix(problem)
+    q = [Fraction(float(entry)) for entry in problem.q]
+    size = len(q)
+    patterns = product(*[(True, False) if held else (True,) for held in problem.supported])
+    if guess is not None:
+        patterns = [tuple(bool(x) for x in guess | ~problem.supported), *patterns]
+    for pattern in patterns:
+        gap = _with_free_nodes(matrix, q, [i for i in range(size) if pattern[i]])
+        if any(gap[i] < 0 for i in range(size) if problem.supported[i]):
+            continue
+        reaction = [
+            sum(a * b for a, b in zip(row, gap, strict=True)) + force for row, force in zip(matrix, q, strict=True)
+        ]
+        if all(reaction[i] >= 0 for i in range(size) if not pattern[i]):
+            return gap, reaction
+    raise AssertionError("a positive definite problem has a solution")
+
+
+def _with_free_nodes(matrix, q, free):
+    """Solve the equations of the free nodes by Gauss elimination, the others held at zero."""
+    rows = [[matrix[i][j] for j in free] + [-q[i]] for i in free]
+    for k in range(len(free)):
+        pivot = rows[k][k]
+        rows[k] = [entry / pivot for entry in rows[k]]
+        for other in range(len(free)):
+            if other != k and rows[other][k]:
+                rows[other] = [a - rows[other][k] * b for a, b in zip(rows[other], rows[k], strict=True)]
+    gap = [Fraction(0)] * len(q)
+    for k, i in enumerate(free):
+        gap[i] = rows[k][-1]
+    return gap
+
+
+def m_matrix(rng, size):
+    """Return a symmetric M-matrix, at times nearly singular or of scales far apart."""
+    weights = np.triu(10.0 ** rng.uniform(-rng.choice([0.5, 6]), 0.5, (size, size)), 1)
+    weights *= rng.uniform(size=(size, size)) < rng.uniform(0.2, 1.0)
+    weights += weights.T
+    ground = 10.0 ** rng.uniform(-rng.choice([0.5, 3, 9]), 0.5, size)
+    scale = 10.0 ** rng.uniform(-1, 1, size) ** 3 if rng.uniform() < 0.5 else np.ones(size)
+    matrix = scale[:, None] * (np.diag(weights.sum(axis=1) + ground) - weights) * scale[None, :]
+    return (matrix + matrix.T) / 2
+
+
+def lattice_stencil(rng):
+    mask = rng.uniform(size=(rng.integers(1, 4), rng.integers(1, 4))) < 0.7
+    mask[0, 0] = True
+    rows, columns = mask.shape
+    if rng.uniform() < 0.5:
+        return Stencil(mask, *(10.0 ** rng.uniform(-3, 3, 2)))
+    return Stencil(
+        mask, 10.0 ** rng.uniform(-3, 3, (rows, columns + 1)), 10.0 ** rng.uniform(-3, 3, (rows + 1, columns))
+    )
+
+
+def adversarial_problem(rng, largest=5):
+    """Return a small problem with an M-matrix: any forces, nearly or exactly biactive nodes, some without support."""
+    if rng.uniform() < 0.3:
+        stiffness = lattice_stencil(rng)
+    else:
+        stiffness = m_matrix(rng, rng.integers(1, largest + 1))
+        if rng.uniform() < 0.2:
+            stiffness = np.round(stiffness * 4) / 4
+            stiffness[np.diag_indices(len(stiffness))] = 0.25 - (stiffness.sum(axis=1) - np.diag(stiffness))
+    bare = cq.ContactQP(stiffness, np.zeros(stiffness.size if isinstance(stiffness, Stencil) else len(stiffness)))
+    size = bare.size
+    gap = np.where(rng.uniform(size=size) < 0.5, 10.0 ** rng.uniform(-rng.choice([1, 8, 16]), 1, size), 0.0)
+    if rng.uniform() < 0.3:
+        gap = np.round(gap * 4)
+    press = np.where(gap == 0, 10.0 ** rng.uniform(-rng.choice([1, 8, 18]), 1, size), 0.0)
+    press[rng.uniform(size=size) < rng.choice([0.0, 0.5, 1.0])] = 0.0
+    kind = rng.uniform()
+    if kind < 0.7:
+        q = press - bare.stiffness.matvec(gap)
+    elif kind < 0.9:
+        q = rng.normal(size=size) * 10.0 ** rng.uniform(-3, 3, size)
+    else:
+        q = np.zeros(size)
+    supported = rng.uniform(size=size) < 0.8 if rng.uniform() < 0.3 else None
+    return cq.ContactQP(stiffness, q * 10.0 ** rng.choice([0, 0, -30, 30]), supported=supported)
+
+
+def adversarial_answer(rng, problem, exact):
+    """Return an answer that is exact up to rounding, or wrong by any amount."""
+    gap = np.array([float(entry) for entry in exact])
+    size = 10.0 ** rng.uniform(-18, 1)
+    kind = rng.integers(4)
+    if kind == 0:
+        return gap * (1 + size * rng.normal(size=gap.size))
+    if kind == 1:
+        return gap + size * np.abs(gap).max() * rng.normal(size=gap.size)
+    if kind == 2:
+        return np.maximum(gap + size * np.abs(gap).max() * rng.normal(size=gap.size), 0.0)
+    return rng.choice([0.0, 1.0, -1.0]) * (np.abs(gap).max() + 1) * rng.uniform(size=gap.size)
+
+
+def assert_certificate_holds(certificate, exact_gap, exact_reaction, answer):
+    """Assert every claim of a certificate in rational arithmetic."""
+    problem = certificate.problem
+    low, high = certificate.reaction
+    for i, (gap, reaction) in enumerate(zip(exact_gap, exact_reaction, strict=True)):
+        assert Fraction(certificate.lower[i]) <= gap
+        assert not np.isfinite(certificate.upper[i]) or gap <= Fraction(certificate.upper[i])
+        if np.isfinite(certificate.gap_bound):
+            assert abs(Fraction(float(answer[i])) - gap) <= Fraction(certificate.gap_bound)
+        assert reaction > 0 or not certificate.contact[i]
+        assert gap > 0 or not (certificate.clear[i] and problem.supported[i])
+        assert Fraction(low[i]) <= reaction
+        assert not np.isfinite(high[i]) or reaction <= Fraction(high[i])
+    total = sum(exact_reaction)
+    bracket = certificate.total_reaction
+    assert Fraction(bracket.lower) <= total
+    assert not np.isfinite(bracket.upper) or total <= Fraction(bracket.upper)
+    count = sum(reaction > 0 for reaction in exact_reaction)
+    assert certificate.contact_nodes.lower <= count <= certificate.contact_nodes.upper
