@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from ._checks import Vector, open_interval, vector
+from ._checks import Mask, Vector, finite_number, open_interval, vector
+from .certificate import Certificate
 from .compare import Comparison, compare
 from .judge import Verdict, judge, natural_map
 from .model import TensionedNet
 from .problem import ContactQP
+from .solution import Solution
+
+_SHOWN = 5
+"""A message shows at most this many of the nodes that fail."""
 
 
 def assert_complementary(problem: ContactQP | TensionedNet, gap: ArrayLike, *, tol: float = 1e-6) -> Verdict:
@@ -51,6 +56,7 @@ def assert_complementary(problem: ContactQP | TensionedNet, gap: ArrayLike, *, t
       worst node 1 (x=2, y=0): gap 0.1, reaction 0.5, min(gap, R/G_ii) = 0.1
       min gap 0.1, min reaction 0.1, gap·R 0.72
     """
+    __tracebackhide__ = True  # pytest then points at the line of the test
     algebra = problem.problem if isinstance(problem, TensionedNet) else problem
     omega = vector(gap, algebra.size, "gap")
     verdict = judge(algebra, omega, open_interval(tol, 0.0, 1.0, "tol"))
@@ -98,10 +104,212 @@ def assert_backends_agree(
     >>> import contactqp as cq
     >>> comparison = assert_backends_agree(cq.gallery.islands(), ["osqp", "clarabel"])
     """
+    __tracebackhide__ = True
     comparison = compare(problem, backends, tol=tol)
     if comparison.agree:
         return comparison
     raise AssertionError(f"{comparison.verdict()}\n{comparison!r}\n{_worst_difference(problem, comparison)}".rstrip())
+
+
+def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slack: float = 0.0) -> None:
+    """Assert that a reference solution lies within proven bounds, node by node.
+
+    Parameters
+    ----------
+    certificate : Certificate or Solution
+        The bounds. A solution knows its lattice too, so that messages can give coordinates.
+    gap : array, shape (n,)
+        The reference ω (length): an exact solution, or another program's.
+    slack : float
+        How wrong ``gap`` itself may be (length), >= 0; it widens the bounds.
+
+    Raises
+    ------
+    AssertionError
+        With the nodes that lie farthest outside and their bounds; also if there are no finite bounds to lie within.
+    TypeError, ValueError
+        If an argument has the wrong kind, shape or range.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> cable, deflection = cq.gallery.cable_on_floor(nodes=9, contact_starts_after=2)
+    >>> solution = cq.solve(cable, backend="clarabel", tol=1e-9)
+    >>> gap = cable.support - deflection
+    >>> assert_encloses(solution, gap)
+    >>> gap[8] = 0.75
+    >>> try:
+    ...     assert_encloses(solution, gap)
+    ... except AssertionError as error:
+    ...     print(error)
+    gap leaves the bounds of clarabel's answer to Cable(9 nodes, spacing=1, tension=1) at 1 of 9 nodes
+      node 8 (x=9, y=0): gap 0.75 is 0.25 above the upper bound 0.5
+      expected: lower <= gap <= upper at every node
+      The bounds are proven: gap solves another problem (compare loads, supports and the order of the nodes),
+      or it is known to within 0.25 only, which slack would say.
+    """
+    __tracebackhide__ = True
+    bounds = certificate.certificate if isinstance(certificate, Solution) else certificate
+    if isinstance(certificate, Solution) and bounds is None:
+        raise AssertionError(f"{_whose(certificate)} has no bounds: {_why_unproven(certificate)}")
+    if not isinstance(bounds, Certificate):
+        raise TypeError(f"certificate must be a Certificate or a Solution, got {type(certificate).__name__}")
+    omega = vector(gap, bounds.lower.size, "gap")
+    slack = finite_number(slack, "slack")
+    if slack < 0:
+        raise ValueError(f"slack must be >= 0, got {slack:g}")
+    of = f" of {_whose(certificate)}" if isinstance(certificate, Solution) else ""
+    if not np.isfinite(bounds.gap_bound):
+        raise AssertionError(f"the bounds{of} are infinite and would enclose any gap: scale the problem's numbers")
+    excess = np.maximum(bounds.lower - omega, omega - bounds.upper)
+    outside = np.flatnonzero(excess > slack)
+    if not outside.size:
+        return
+
+    def line(node: int) -> str:
+        low, high, value = bounds.lower[node], bounds.upper[node], omega[node]
+        side = f"above the upper bound {high:.9g}" if value > high else f"below the lower bound {low:.9g}"
+        return f"{_name_node(certificate, node)}: gap {value:.9g} is {excess[node]:.3g} {side}"
+
+    worst = outside[np.argsort(-excess[outside], kind="stable")]
+    wanted = f"lower - {slack:g} <= gap <= upper + {slack:g}" if slack else "lower <= gap <= upper"
+    raise AssertionError(
+        f"gap leaves the bounds{of} at {outside.size} of {omega.size} nodes\n"
+        f"{_list_nodes(worst, line)}\n"
+        f"  expected: {wanted} at every node\n"
+        "  The bounds are proven: gap solves another problem (compare loads, supports and the order of the nodes),\n"
+        f"  or it is known to within {excess.max():.2g} only, which slack would say."
+    )
+
+
+def assert_same_contact(first: Solution, second: Solution) -> Mask:
+    """Assert that two solutions have the same nodes in contact, except where either certificate leaves it undecided.
+
+    Parameters
+    ----------
+    first, second : Solution
+        Answers on the same nodes, by any backends and to any tolerances; also to two problems that should be one.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+        The nodes that were compared. Without certificates, for a matrix that is no M-matrix, these are all.
+
+    Raises
+    ------
+    AssertionError
+        With the number of nodes that differ, and the first of them with their gaps and reactions; also if there is no
+        node to compare.
+    TypeError, ValueError
+        If an argument is no solution, or the two are on different nodes.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> cable, _ = cq.gallery.cable_on_floor(nodes=9, contact_starts_after=2)
+    >>> loose = cq.solve(cable, "osqp", tol=1e-2)
+    >>> compared = assert_same_contact(loose, cq.solve(cable, "clarabel"))
+    >>> int(compared.sum())
+    9
+    >>> deeper, _ = cq.gallery.cable_on_floor(nodes=9, contact_starts_after=3)
+    >>> try:
+    ...     assert_same_contact(cq.solve(deeper, "active-set"), cq.solve(cable, "active-set"))
+    ... except AssertionError as error:
+    ...     print(error)
+    contact sets differ at 2 of 9 nodes
+      first:  5 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1)
+      second: 7 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1)
+      node 1 (x=2, y=0): clear in the first (gap 0.5, reaction ...), in contact in the second (gap 0, reaction 0.5)
+      node 7 (x=8, y=0): clear in the first (gap 0.5, reaction ...), in contact in the second (gap 0, reaction 0.5)
+      expected: the same at the 9 nodes that no certificate leaves undecided
+      Both are proven, so these are two problems: their forces q differ at 2 nodes; compare loads, supports and
+      tensions.
+    """
+    __tracebackhide__ = True
+    _refuse_other_nodes(first, second)
+    for solution in (first, second):
+        if solution.residuals is None:
+            raise AssertionError(f"{_whose(solution)} has no contact set: {_why_unproven(solution)}")
+    proofs = [solution.certificate for solution in (first, second) if solution.certificate is not None]
+    compared = np.ones(first.gap.size, dtype=np.bool_)
+    for proof in proofs:
+        compared &= ~proof.undecided
+    if not compared.any():
+        raise AssertionError(
+            f"all {compared.size} nodes are undecided, there is no contact to compare: solve with a smaller tol than "
+            f"{first.tol:g} and {second.tol:g}"
+        )
+    differing = np.flatnonzero((first.contact != second.contact) & compared)
+    if not differing.size:
+        return compared
+
+    def line(node: int) -> str:
+        views = (
+            f"{'in contact' if solution.contact[node] else 'clear'} in the {place} "
+            f"(gap {solution.gap[node]:.6g}, reaction {solution.reaction[node]:.6g})"
+            for place, solution in (("first", first), ("second", second))
+        )
+        return f"{_name_node(first, node)}: {', '.join(views)}"
+
+    raise AssertionError(
+        f"contact sets differ at {differing.size} of {compared.size} nodes\n"
+        f"  first:  {int(first.contact.sum())} in contact, {_whose(first)}\n"
+        f"  second: {int(second.contact.sum())} in contact, {_whose(second)}\n"
+        f"{_list_nodes(differing, line)}\n"
+        f"  expected: the same at the {int(compared.sum())} nodes that no certificate leaves undecided\n"
+        f"  {_why_contact_differs(first, second)}"
+    )
+
+
+def _refuse_other_nodes(first: Solution, second: Solution) -> None:
+    for name, solution in (("first", first), ("second", second)):
+        if not isinstance(solution, Solution):
+            raise TypeError(
+                f"{name} must be a Solution, got {type(solution).__name__}; take what contactqp.solve returns"
+            )
+    if first.gap.size != second.gap.size:
+        raise ValueError(
+            f"first and second must be on the same nodes, got {first.gap.size} and {second.gap.size} nodes"
+        )
+    if first.model is None or second.model is None:
+        return
+    here, there = first.model.lattice, second.model.lattice
+    moved = np.flatnonzero((here.node_x != there.node_x) | (here.node_y != there.node_y))
+    if moved.size:
+        raise ValueError(
+            f"first and second must be on the same nodes, got {here.describe(moved[0])} and {there.describe(moved[0])}"
+        )
+
+
+def _why_unproven(solution: Solution) -> str:
+    if solution.residuals is None:
+        return f"no finite answer, {solution.status} ({solution.termination}). {solution.status.advice}"
+    return "no enclosure is known for a matrix that is no M-matrix; use assert_complementary"
+
+
+def _why_contact_differs(first: Solution, second: Solution) -> str:
+    """Return what to try: two certificates that decide a node differently belong to two problems."""
+    if first.certificate is None or second.certificate is None:
+        return "Not both are proven, no enclosure is known for a matrix that is no M-matrix: solve with a smaller tol."
+    other = np.count_nonzero(first.problem.q != second.problem.q)
+    if other:
+        difference = f"their forces q differ at {other} nodes; compare loads, supports and tensions"
+    elif (first.problem.supported != second.problem.supported).any():
+        difference = "other nodes have a support"
+    else:
+        difference = "their forces q are equal, so their matrices differ"
+    return f"Both are proven, so these are two problems: {difference}."
+
+
+def _list_nodes(nodes: NDArray[np.intp], line: Callable[[int], str]) -> str:
+    shown = [f"  {line(int(node))}" for node in nodes[:_SHOWN]]
+    if nodes.size > _SHOWN:
+        shown.append(f"  and {nodes.size - _SHOWN} more")
+    return "\n".join(shown)
+
+
+def _whose(solution: Solution) -> str:
+    return f"{solution.backend}'s answer to {solution.problem if solution.model is None else solution.model!r}"
 
 
 def _worst_difference(problem: ContactQP | TensionedNet, comparison: Comparison) -> str:
@@ -120,5 +328,6 @@ def _worst_difference(problem: ContactQP | TensionedNet, comparison: Comparison)
     )
 
 
-def _name_node(problem: ContactQP | TensionedNet, node: int) -> str:
-    return problem.lattice.describe(node) if isinstance(problem, TensionedNet) else f"node {node}"
+def _name_node(subject: ContactQP | TensionedNet | Certificate | Solution, node: int) -> str:
+    net = subject.model if isinstance(subject, Solution) else subject
+    return net.lattice.describe(node) if isinstance(net, TensionedNet) else f"node {node}"
