@@ -5,6 +5,8 @@ import os
 import matplotlib
 from hypothesis import HealthCheck, settings
 
+pytest_plugins = ["pytester"]
+
 matplotlib.use("Agg")
 settings.register_profile(
     "contactqp", deadline=None, derandomize=True, max_examples=60, suppress_health_check=[HealthCheck.too_slow]

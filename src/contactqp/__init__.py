@@ -1,4 +1,7 @@
-"""Membranes and cables over rigid obstacles, solved by any backend by name, every answer with a certified error."""
+"""Membranes and cables over rigid obstacles, solved by any backend by name, every answer with a certified error.
+
+PYTEST_DONT_REWRITE: pytest marks all that a wheel with a plugin holds, and warns of what was imported too early.
+"""
 
 from . import gallery, profiles
 from .backends import backend_names
