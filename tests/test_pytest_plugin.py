@@ -167,7 +167,7 @@ def test_a_backend_without_its_library_is_left_out_unless_it_is_named(alone, mon
 )
 def test_bad_options_end_the_run_before_a_test_is_seen(alone, options, message):
     alone.makepyfile("raise SystemExit('collected')")
-    result = alone.runpytest_inprocess(*options)
+    result = alone.runpytest_inprocess("-q", *options)  # without a header, which would find out too
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines([f"ERROR: {message}"])
     assert "collect" not in result.stdout.str()
