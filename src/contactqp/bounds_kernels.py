@@ -119,15 +119,13 @@ def enclose(  # type: ignore[no-untyped-def]
             high = _upper(gap, raise_by * v)
             fall = lower_by * v
             low = (gap - fall) - (_SLACK * (abs(gap) + fall) + _UNDERFLOW)
-            pull = force = 0.0
-            for side in range(4):
-                a = i - 1 if side == 2 else i + 1 if side == 3 else i
-                b = j - 1 if side == 0 else j + 1 if side == 1 else j
-                # Frame points have gap 0 and no barrier; at them v would not be 0, and a larger upper bound is valid.
-                other = _upper(omega[a, b], raise_by * max(0.0, rows[a] + columns[b]))
-                arm = across if side < 2 else along
-                pull += arm * other
-                force += arm * abs(other)
+            west, east, south, north = omega[i, j - 1], omega[i, j + 1], omega[i - 1, j], omega[i + 1, j]
+            # At frame points, which have gap 0 and no barrier, v need not be 0, but may count as if it were theirs.
+            sideways = max(0.0, rows[i] + columns[j - 1]) + max(0.0, rows[i] + columns[j + 1])
+            endways = max(0.0, rows[i - 1] + columns[j]) + max(0.0, rows[i + 1] + columns[j])
+            lift = raise_by * (across * sideways + along * endways)
+            pull = (across * (west + east) + along * (south + north)) + lift
+            force = (across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + lift
             drive = q[node + k]
             held_shut = drive - pull  # where this overflows, it is not above its error, and proves nothing
             error = _ERROR * (force + abs(drive)) + _UNDERFLOW
