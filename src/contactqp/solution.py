@@ -61,6 +61,12 @@ class Solution:
         Time for set-up, for iterating, and in all with scaling and judging.
     history : mapping of str to array
         Recorded on request, by backends that offer it.
+    setting : str
+        The level that ``tol`` was asked for by, see `solve`; ``""`` for a number.
+    claimed_solved : bool
+        Whether the backend itself said that it had solved the problem; ``status`` tells whether it had.
+    findings : tuple of str
+        What the judge caught the backend at on the way, one sentence each.
     """
 
     problem: ContactQP
@@ -80,6 +86,9 @@ class Solution:
     solve_seconds: float
     seconds: float
     history: Mapping[str, Vector] = field(default_factory=dict)
+    setting: str = ""
+    claimed_solved: bool = False
+    findings: tuple[str, ...] = ()
 
     @cached_property
     def certificate(self) -> Certificate | None:
@@ -230,6 +239,7 @@ class Solution:
             lines.append(f"  residual    {residual}; no enclosure is known for this matrix")
         if self.residuals is not None and self.model is not None and self.max_slope > SLOPE_LIMIT:
             lines.append(f"  caution     largest slope {self.max_slope:.2g}: the theory assumes small slopes")
+        lines += [f"  finding     {finding}" for finding in self.findings]
         if self.note:
             lines.append(f"  note        {self.note}")
         if not self.status.ok:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._checks import Vector, integer_at_least, one_of, open_interval, positive_number, vector
+from ._checks import Vector, integer_at_least, one_of, positive_number, vector
 from .backends import choose_backend, get_backend
 from .backends.base import Answer, Stop, Task
 from .errors import ContactWarning, NotCertifiedError
@@ -18,6 +18,7 @@ from .model import TensionedNet
 from .problem import ContactQP
 from .progress import Progress
 from .solution import Solution
+from .tolerances import tolerance_of
 
 _LIMITS = {
     Stop.DONE: None,
@@ -39,7 +40,7 @@ def solve(
     problem: ContactQP | TensionedNet,
     backend: str = "auto",
     *,
-    tol: float = 1e-6,
+    tol: float | str = 1e-6,
     max_iter: int | None = None,
     time_limit: float | None = None,
     warm_start: ArrayLike | Solution | None = None,
@@ -56,10 +57,11 @@ def solve(
         ``"auto"`` or a name in `backend_names`: ``"osqp"``, ``"clarabel"``, ``"mangasarian"``, ``"psor"``,
         ``"multigrid"``, ``"active-set"``. ``"auto"`` takes active sets for few unknowns, multigrid on a lattice, and
         otherwise active sets, or Clarabel if G is no M-matrix; the solution's ``note`` says why.
-    tol : float
+    tol : float or str
         Wanted bound of max|ω_i - ω*_i| relative to ``problem.gap_scale``, or to the answer's largest deflection (for a
         matrix, gap) where that is smaller; in (0, 1). It means the same for every backend, because the package
-        certifies it itself.
+        certifies it itself. Or a level: ``"low"`` (1e-3), ``"mid"`` (1e-6), ``"high"`` (1e-9), or ``"default"``: one
+        run of the library as its authors ship it, on the dimensionless problem, judged by 1e-6.
     max_iter : int, optional
         Limit of the backend's iterations, >= 1.
     time_limit : float, optional
@@ -98,7 +100,7 @@ def solve(
     ('certified', 0)
     """
     model, algebra = _split(problem)
-    tol = open_interval(tol, 0.0, 1.0, "tol")
+    wanted = tolerance_of(tol)
     if max_iter is not None:
         max_iter = integer_at_least(max_iter, 1, "max_iter")
     if time_limit is not None:
@@ -122,7 +124,7 @@ def solve(
 
     with Progress(f"{backend} · {algebra.size} unknowns") as progress:
         task = Task(
-            tol=tol,
+            tol=wanted.tol,
             max_iter=max_iter,
             time_limit=time_limit,
             warm_start=None if start_gap is None else start_gap / units.length,
@@ -130,17 +132,19 @@ def solve(
             length_unit=units.length,
             gap_scale=algebra.gap_scale,
             progress=progress,
+            own_defaults=wanted.own_defaults,
+            given=frozenset(options),
         )
         answer: Answer = method().solve(scaled, task, **options)
     gap = None if answer.gap is None else np.asarray(answer.gap, dtype=np.float64) * units.length
-    verdict = judge(algebra, gap, tol, _LIMITS[answer.stop])
+    verdict = judge(algebra, gap, wanted.tol, _LIMITS[answer.stop])
     solution = Solution(
         problem=algebra,
         model=model,
         backend=backend,
         note="; ".join(part for part in (note, answer.note) if part),
         gap=gap if verdict.residuals is not None and gap is not None else np.full(algebra.size, np.nan),
-        tol=tol,
+        tol=wanted.tol,
         status=verdict.status,
         residuals=verdict.residuals,
         first_certificate=verdict.certificate,
@@ -152,6 +156,9 @@ def solve(
         solve_seconds=answer.solve_seconds,
         seconds=time.perf_counter() - started,
         history=answer.history,
+        setting=wanted.setting,
+        claimed_solved=answer.claimed,
+        findings=answer.findings,
     )
     _report(solution, on_failure)
     return solution

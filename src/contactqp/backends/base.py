@@ -61,6 +61,11 @@ class Task:
         The problem's gap scale in the user's unit.
     progress : Progress
         To be kept up to date by backends that iterate in Python.
+    own_defaults : bool
+        Whether a backend that calls a library is to call it once, as its authors ship it, whatever ``tol`` is. What the
+        user gave (``given``, limits, a warm start) still counts. The package's own methods have no other defaults.
+    given : frozenset of str
+        Names of the backend's options that the user gave.
     """
 
     tol: float
@@ -71,11 +76,17 @@ class Task:
     length_unit: float | Vector = 1.0
     gap_scale: float = 1.0
     progress: Progress = field(default_factory=silent)
+    own_defaults: bool = False
+    given: frozenset[str] = frozenset()
     started: float = field(default_factory=time.perf_counter)
 
     def accepts(self, gap: Vector) -> bool:
         """Whether the judge is satisfied with ``gap``."""
         return self.bound(gap) <= self.tol
+
+    def passed_on(self, **options: Any) -> dict[str, Any]:
+        """Return the options that a library is to be told: all, or with ``own_defaults`` those that the user gave."""
+        return {name: value for name, value in options.items() if not self.own_defaults or name in self.given}
 
     def largest_length(self, gap: Vector) -> float:
         """Return the largest modulus of a dimensionless gap, in the user's unit of length."""
@@ -109,6 +120,11 @@ class Answer:
         What was recorded while iterating, on request.
     note : str
         A choice worth telling the user.
+    findings : tuple of str
+        What the judge caught the method at on the way, one sentence each.
+    claimed_solved : bool or None
+        Whether the method itself said that it had solved the problem, and not only that it can do no better; None for
+        ``stop is Stop.DONE``.
     """
 
     gap: Vector | None
@@ -119,6 +135,13 @@ class Answer:
     solve_seconds: float
     history: Mapping[str, Vector] = field(default_factory=dict)
     note: str = ""
+    findings: tuple[str, ...] = ()
+    claimed_solved: bool | None = None
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the method itself said that it had solved the problem."""
+        return self.stop is Stop.DONE if self.claimed_solved is None else self.claimed_solved
 
 
 class Backend(ABC):

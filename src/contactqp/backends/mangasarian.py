@@ -49,7 +49,8 @@ class Mangasarian(Backend):
         Parameters
         ----------
         problem, task
-            See `Backend.solve`; the warm start is not used.
+            See `Backend.solve`; the warm start is not used. With the library's own defaults HiGHS chooses its method,
+            simplifies, and has feasibility tolerances of 1e-7.
         cost : array, shape (n,), optional
             Any positive vector c; ones by default. Ones, the barrier, its stiffness and random costs took the same time
             within 3 % (``benchmarks/backend_settings.txt``).
@@ -69,10 +70,10 @@ class Mangasarian(Backend):
         if not weights.min() > 0:
             worst = int(np.argmin(weights))
             raise ValueError(f"cost must be > 0 everywhere, but entry {worst} is {weights[worst]:g}")
-        options: dict[str, Any] = {
-            "primal_feasibility_tolerance": eps,
-            "dual_feasibility_tolerance": eps,
-        }
+        options: dict[str, Any] = {}
+        if task.passed_on(eps=eps):
+            options |= {"primal_feasibility_tolerance": eps, "dual_feasibility_tolerance": eps}
+        chosen = task.passed_on(method=method)
         if task.max_iter is not None:
             options["maxiter"] = task.max_iter
         started = time.perf_counter()
@@ -81,18 +82,22 @@ class Mangasarian(Backend):
         constraint = -problem.G
         setup_seconds = time.perf_counter() - started
 
-        def work(simplify: bool) -> Any:
+        def work(simplify: bool | None) -> Any:
+            simplification = {} if simplify is None else {"presolve": simplify}
             limit = {} if task.time_limit is None else {"time_limit": max(task.seconds_left, 1e-3)}
             return linprog(
                 weights / weights.max(),
                 A_ub=constraint,
                 b_ub=problem.q,
                 bounds=bounds,
-                method=method,
-                options=options | limit | {"presolve": simplify},
+                options=options | limit | simplification,
+                **chosen,
             )
 
-        for simplify in (False, True) if presolve is None else (presolve,):
+        attempts: tuple[bool | None, ...] = (presolve,)
+        if presolve is None and not task.own_defaults:
+            attempts = (False, True)
+        for simplify in attempts:
             result = run_interruptibly(partial(work, simplify), task.progress)
             if result.status in (0, 1):
                 break
@@ -104,6 +109,7 @@ class Mangasarian(Backend):
             iterations=int(result.nit),
             setup_seconds=setup_seconds,
             solve_seconds=time.perf_counter() - started - setup_seconds,
+            claimed_solved=result.status == 0,
         )
 
 

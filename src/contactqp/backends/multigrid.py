@@ -94,6 +94,7 @@ class Multigrid(Backend):
             setup_seconds=setup_seconds,
             solve_seconds=time.perf_counter() - started - setup_seconds,
             history=log.columns() if history else {},
+            claimed_solved=stop is Stop.DONE and why.startswith("certified"),
         )
         return _handed_over(answer, problem, task, budget) if stop is Stop.FAILED else answer
 

@@ -49,13 +49,14 @@ class Osqp(Backend):
         Parameters
         ----------
         problem, task
-            See `Backend.solve`.
+            See `Backend.solve`. With the library's own defaults it is called once; only where ``polishing`` is asked
+            for as well, a second time for that.
         rho, alpha, sigma, scaling, adaptive_rho, check_termination
             OSQP's settings of the same names; the defaults are the fastest of those that
             ``benchmarks/backend_settings.py`` tried.
         polishing : bool
             Whether to polish from the second round on until it succeeds once; of all rounds' answers the best is
-            returned.
+            returned. A polished answer whose bound is above that of the rounds before is a finding.
         eps : float, optional
             OSQP's first absolute and relative tolerance; by default 100 ``tol``.
         """
@@ -65,22 +66,20 @@ class Osqp(Backend):
         open_interval(alpha, 0.0, 2.0, "alpha")
         for name, value in (("rho", rho), ("sigma", sigma), ("check_termination", check_termination)):
             positive_number(value, name)
-        settings: dict[str, Any] = {
-            "rho": rho,
-            "alpha": alpha,
-            "sigma": sigma,
-            "scaling": scaling,
-            "adaptive_rho": int(adaptive_rho),
-            "check_termination": check_termination,
-            "polishing": False,
-            "verbose": False,
+        settings = task.passed_on(
+            rho=rho,
+            alpha=alpha,
+            sigma=sigma,
+            scaling=scaling,
+            adaptive_rho=int(adaptive_rho),
+            check_termination=check_termination,
+        )
+        if not task.own_defaults:
             # With G positive definite the program always has a solution: no test for the contrary may fire.
-            "eps_prim_inf": _NEVER,
-            "eps_dual_inf": _NEVER,
-            "warm_starting": True,
-        }
-        budget = _MAX_ITER if task.max_iter is None else task.max_iter
-        eps = 100 * task.tol if eps is None else positive_number(eps, "eps")
+            settings |= {"eps_prim_inf": _NEVER, "eps_dual_inf": _NEVER}
+        polishing = polishing and (not task.own_defaults or "polishing" in task.given)
+        if eps is not None:
+            eps = positive_number(eps, "eps")
         given_up = False
 
         def set_up() -> Any:
@@ -91,6 +90,9 @@ class Osqp(Backend):
                 sparse.csc_matrix(sparse.eye_array(problem.size)),
                 np.where(problem.supported, 0.0, -np.inf),
                 np.full(problem.size, np.inf),
+                polishing=False,
+                verbose=False,
+                warm_starting=True,
                 **settings,
             )
             if task.warm_start is not None:
@@ -111,11 +113,20 @@ class Osqp(Backend):
         started = time.perf_counter()
         solver = run_interruptibly(set_up, task.progress)
         setup_seconds = time.perf_counter() - started
+        usual_iterations = _MAX_ITER
+        if task.own_defaults:
+            usual_iterations = int(solver.settings.max_iter)
+            eps = float(solver.settings.eps_abs) if eps is None else eps
+        elif eps is None:
+            eps = 100 * task.tol
+        budget = usual_iterations if task.max_iter is None else task.max_iter
         gap: Vector | None = None
-        done, least, polish_next = 0, np.inf, False
+        findings: list[str] = []
+        done, rounds, least, polish_next = 0, 0, np.inf, False
         status, stop = "time limit during set-up", Stop.TIME_LIMIT
         while task.seconds_left > 0:
             task.progress.update(f"{done} iterations")
+            rounds += 1
             result = run_interruptibly(partial(resume, solver, eps, budget - done), task.progress, give_up)
             done += int(result.info.iter)
             status = result.info.status
@@ -125,6 +136,12 @@ class Osqp(Backend):
             if status in _USABLE:
                 candidate = np.array(result.x)
                 bound = task.bound(candidate)
+                # The library keeps the outcome of the last polish, so it counts only where one was asked for.
+                if polish_next and result.info.status_polish == 1 and bound > least:
+                    findings.append(
+                        f"polish made the answer worse: bound {bound:.2g} after, {least:.2g} before (of the gap "
+                        "scale); the answer before was kept"
+                    )
                 if gap is None or bound < least:
                     gap, least = candidate, bound
                 # Asked to polish where nothing is in contact, OSQP writes to the terminal. A polish that succeeded and
@@ -138,11 +155,15 @@ class Osqp(Backend):
             if done >= budget:
                 stop = Stop.ITERATION_LIMIT
                 break
-            stop, tighter = Stop.TIME_LIMIT, eps / 10
-            if tighter < _TIGHTEST:
+            if task.own_defaults:
+                # A second call iterates no further than to the next test for termination, and polishes.
+                finished, tighter = rounds > 1 or not polish_next, eps
+            else:
+                finished, tighter = eps / 10 < _TIGHTEST, eps / 10
+            if finished:
                 stop = Stop.DONE
                 break
-            eps = tighter
+            stop, eps = Stop.TIME_LIMIT, tighter
             solver.update_settings(polishing=polish_next)
         return Answer(
             gap=gap,
@@ -151,6 +172,8 @@ class Osqp(Backend):
             iterations=done,
             setup_seconds=setup_seconds,
             solve_seconds=time.perf_counter() - started - setup_seconds,
+            findings=tuple(findings),
+            claimed_solved=status == "solved",
         )
 
 

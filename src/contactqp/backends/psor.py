@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _MAX_SWEEPS = 1_000_000
 _ROUNDING = 16 * np.finfo(float).eps
 _PATIENCE = 5
+_STALLED = "steps are rounding errors"
 _NODE_UPDATES_A_CALL = 20_000_000
 """Bounds the time between two looks at the clock and at the keyboard."""
 
@@ -131,6 +132,7 @@ class Psor(Backend):
             setup_seconds=setup_seconds,
             solve_seconds=time.perf_counter() - started - setup_seconds,
             history=dict(zip(names, columns, strict=True)) if history else {},
+            claimed_solved=stop is Stop.DONE and why != _STALLED,
         )
 
 
@@ -203,7 +205,7 @@ class _CertifiedRule(_Rule):
         self.rounding = _ROUNDING * self._task.largest_length(gap) / (2 - beta)
         self._stalled = self._stalled + 1 if step <= self.rounding and bound > 0.9 * self._least else 0
         self._least = min(self._least, bound)
-        return "steps are rounding errors" if self._stalled == _PATIENCE else None
+        return _STALLED if self._stalled == _PATIENCE else None
 
 
 def _arm_weight(problem: ContactQP) -> float:
