@@ -43,8 +43,8 @@ def test_agreement_reads_well(agreeing):
     lines = text.splitlines()
     assert lines[0].startswith("Membrane(1857 nodes, spacing=1, tension=1), tol 1e-06 of the gap scale 1.09")
     assert lines[2].split() == [
-        "backend", "status", "iterations", "seconds", "bound/scale", "min", "gap", "min", "R", "gap·R", "contact",
-        "undecided", "objective",
+        "backend", "status", "iterations", "seconds", "bound/scale", "true", "error", "min", "gap", "min", "R", "gap·R",
+        "contact", "undecided",
     ]  # fmt: skip
     assert lines[-1].startswith("All 6 backends agree: certified, max gap difference ")
     assert lines[-1].endswith("the same contact set.")
@@ -82,8 +82,8 @@ def forged(comparison, name, gap):
     """Replace one answer by another vector, judged as any other."""
     from dataclasses import replace
 
-    from contactqp.compare import _row
     from contactqp.judge import judge
+    from contactqp.rows import row_of
 
     old = comparison.solutions[name]
     verdict = judge(old.problem, gap, old.tol)
@@ -91,7 +91,7 @@ def forged(comparison, name, gap):
         old, gap=gap, status=verdict.status, residuals=verdict.residuals, certificate=verdict.certificate,
         relative_bound=verdict.relative_bound,
     )  # fmt: skip
-    rows = [_row(new, name) if row.backend == name else row for row in comparison.rows]
+    rows = [row_of(new, name) if row.backend == name else row for row in comparison.rows]
     return Comparison(comparison.problem, comparison.subject, comparison.tol, rows, comparison.solutions | {name: new})
 
 

@@ -137,8 +137,8 @@ def test_a_polish_that_makes_the_answer_worse_is_a_finding():
 
 
 def test_a_polish_asked_for_beside_own_defaults_is_measured_too():
-    model = touching_softly(63, 1.0)
-    options = {"rho": 0.01, "check_termination": 5, "eps": 1e-6}
+    model = touching_softly(31, 0.01)
+    options = {"rho": 0.01}
     plain = cq.solve(model, "osqp", tol="default", on_failure="ignore", **options)
     solution = cq.solve(model, "osqp", tol="default", on_failure="ignore", polishing=True, **options)
     assert plain.findings == ()

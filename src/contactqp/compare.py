@@ -2,99 +2,40 @@
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from functools import cached_property
 from itertools import combinations
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ._checks import integer_at_least, open_interval, positive_number
+from ._checks import integer_at_least, positive_number
 from .backends import choose_backend, get_backend, suitable_backends
+from .comparison_text import as_html, as_json, as_text
+from .disagreement import spread_of, worst_nodes_of
 from .errors import MissingBackendError, UnsuitableProblemError
-from .judge import Status
+from .judge import answer_scale, relative_bound
+from .metrics import Truth, boundary_distance, contact_jaccard, free_boundary, intersection
 from .model import TensionedNet
 from .problem import ContactQP
+from .provenance import Provenance, machine, versions_of
+from .rows import Pair, Row, row_of
 from .solution import Solution
 from .solve import solve
+from .tolerances import Tolerance, tolerance_of
+from .verdicts import culprits_of, false_claims_of, findings_of, verdict_of
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from .backends.base import Backend
+
 UNPROVEN_AGREEMENT = 100.0
 """Without enclosures two answers agree if they differ by at most this times tol times the gap scale."""
-
-
-@dataclass(frozen=True)
-class Row:
-    """What one backend achieved; a backend that could not run has ``message`` and no solution.
-
-    Attributes
-    ----------
-    backend : str
-    status : str
-        A `Status`, ``"missing"`` (library not installed), ``"unsuitable"`` (the method does not apply) or ``"error"``.
-    message : str
-        The backend's own words, or the error's.
-    iterations : int or None
-    setup_seconds, solve_seconds : float or None
-    min_gap, min_reaction, complementarity, natural_residual, objective : float or None
-        See `Residuals`.
-    relative_bound : float or None
-        Certified bound over the gap scale.
-    contact : int or None
-        Nodes in contact in the backend's own view.
-    certain_contact, certain_clear, undecided : int or None
-        Nodes that the certificate decides, and those that it does not.
-    """
-
-    backend: str
-    status: str
-    message: str
-    iterations: int | None = None
-    setup_seconds: float | None = None
-    solve_seconds: float | None = None
-    min_gap: float | None = None
-    min_reaction: float | None = None
-    complementarity: float | None = None
-    natural_residual: float | None = None
-    objective: float | None = None
-    relative_bound: float | None = None
-    contact: int | None = None
-    certain_contact: int | None = None
-    certain_clear: int | None = None
-    undecided: int | None = None
-
-
-@dataclass(frozen=True)
-class Pair:
-    """How two backends' answers differ.
-
-    Attributes
-    ----------
-    first, second : str
-        The backends.
-    gap_difference : float
-        max |Δω| (length).
-    contact_jaccard : float
-        1 - |intersection| / |union| of the two contact sets: 0 if they are equal.
-    differing_nodes : array of int
-        Nodes that one has in contact and the other does not.
-    consistent : bool
-        Whether one solution can satisfy both enclosures (without enclosures: whether the gaps differ by at most
-        100 tol times the gap scale).
-    """
-
-    first: str
-    second: str
-    gap_difference: float
-    contact_jaccard: float
-    differing_nodes: np.ndarray[Any, np.dtype[np.int64]]
-    consistent: bool
 
 
 class Comparison:
@@ -106,35 +47,74 @@ class Comparison:
     ----------
     problem : ContactQP
     tol : float
-    rows : list of Row
-        One for each backend, in the order asked for.
+    setting : str
+        The level that ``tol`` was asked for by, see `solve`; ``""`` for a number.
     solutions : dict of str to Solution
         By backend, of those that returned one.
+    provenance : Provenance
+        Limits, options, versions, machine and time.
     """
 
     def __init__(
-        self, problem: ContactQP, subject: str, tol: float, rows: list[Row], solutions: dict[str, Solution]
+        self,
+        problem: ContactQP,
+        subject: str,
+        tol: float,
+        rows: Sequence[Row],
+        solutions: dict[str, Solution],
+        *,
+        setting: str = "",
+        provenance: Provenance | None = None,
     ) -> None:
         self.problem = problem
         self.subject = subject
         self.tol = tol
-        self.rows = rows
+        self.setting = setting
         self.solutions = solutions
+        self.provenance = Provenance() if provenance is None else provenance
+        self._own_rows = list(rows)
+
+    @cached_property
+    def rows(self) -> list[Row]:
+        """One `Row` for each backend, in the order asked for."""
+        return [self._measured(row) for row in self._own_rows]
+
+    @cached_property
+    def truth(self) -> Truth | None:
+        """Where ω* lies by all certificates together; None without any, or if they contradict each other."""
+        return intersection(s.certificate for s in self.solutions.values() if s.certificate is not None)
+
+    @property
+    def true_error(self) -> dict[str, tuple[float, float]]:
+        """By backend, two lengths between which max|ω_i - ω*_i| certainly lies; empty without a `truth`."""
+        return {
+            row.backend: (row.true_error_lower, row.true_error_upper)
+            for row in self.rows
+            if row.true_error_lower is not None and row.true_error_upper is not None
+        }
+
+    @cached_property
+    def false_claims(self) -> dict[str, str]:
+        """By backend, of those that said they had solved the problem and had not: what they said, and what is known.
+
+        An answer that the others' certificates prove to be within tol is none, even if its own does not.
+        """
+        return false_claims_of(self)
+
+    @cached_property
+    def findings(self) -> tuple[str, ...]:
+        """What went wrong on the way, though it may not show in the answers: one sentence each."""
+        return findings_of(self)
 
     @cached_property
     def pairs(self) -> list[Pair]:
         """Every pair of backends that returned a finite answer."""
-        usable = {name: s for name, s in self.solutions.items() if s.residuals is not None}
-        return [self._pair(first, second, usable[first], usable[second]) for first, second in combinations(usable, 2)]
+        return [self._pair(first, second) for first, second in combinations(self.usable, 2)]
 
     @property
     def agree(self) -> bool:
         """Whether every backend was certified and every pair of enclosures intersects."""
-        return (
-            bool(self.rows)
-            and all(row.status in (Status.CERTIFIED, Status.SOLVED) for row in self.rows)
-            and all(pair.consistent for pair in self.pairs)
-        )
+        return bool(self.rows) and all(row.ok for row in self.rows) and all(pair.consistent for pair in self.pairs)
 
     @cached_property
     def culprits(self) -> dict[str, str]:
@@ -143,20 +123,7 @@ class Comparison:
         A backend is named if it returned no certified answer, with its worst optimality condition; or, where all look
         good and two still exclude each other, if its answer is consistent with fewer of the others than theirs are.
         """
-        found = {row.backend: self._complaint(row) for row in self.rows if row.status not in ("certified", "solved")}
-        if found or all(pair.consistent for pair in self.pairs):
-            return found
-        conflicts = dict.fromkeys(self.solutions, 0)
-        for pair in self.pairs:
-            if not pair.consistent:
-                conflicts[pair.first] += 1
-                conflicts[pair.second] += 1
-        most = max(conflicts.values())
-        return {
-            name: f"excludes the answers of {count} of {len(self.solutions) - 1} other backends"
-            for name, count in conflicts.items()
-            if count == most
-        }
+        return culprits_of(self)
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows as a pandas.DataFrame, indexed by backend."""
@@ -172,69 +139,165 @@ class Comparison:
         return pd.DataFrame(records, columns=list(Pair.__dataclass_fields__))
 
     def to_json(self, indent: int | None = 2) -> str:
-        """Return rows, pairs, verdict and culprits as JSON; infinite and undefined numbers become null."""
-        pairs = [asdict(pair) | {"differing_nodes": pair.differing_nodes.tolist()} for pair in self.pairs]
-        record = {
-            "problem": self.subject,
-            "tol": self.tol,
-            "gap_scale": self.problem.gap_scale,
-            "agree": self.agree,
-            "culprits": self.culprits,
-            "backends": [asdict(row) for row in self.rows],
-            "pairs": pairs,
-        }
-        return json.dumps(_plain(record), indent=indent, allow_nan=False)
+        """Return rows, pairs, verdict, truth, findings and provenance as JSON; infinite and undefined become null."""
+        return as_json(self, indent)
 
     def plot(self) -> Figure:
         """Draw the best answer's contact map, each backend's certified error, and where contact sets differ."""
-        from .plotting import plot_comparison
+        from .plotting_comparison import plot_comparison
 
         return plot_comparison(self)
+
+    def plot_disagreement(self) -> Figure:
+        """Draw how far the backends' gaps lie apart at every node, and number the worst nodes.
+
+        On a membrane a map in which nodes are circled that some backends have in contact and others do not; on a cable
+        along x; for a bare matrix sorted.
+
+        Raises
+        ------
+        ValueError
+            If fewer than two backends returned an answer.
+        """
+        from .plotting_comparison import plot_disagreement
+
+        return plot_disagreement(self)
+
+    @cached_property
+    def spread(self) -> NDArray[np.float64]:
+        """Largest less smallest gap of all answers at every node (length), shape (n,)."""
+        return spread_of(self)
+
+    def worst_nodes(self, count: int = 10) -> pd.DataFrame:
+        """Return the nodes where the answers lie farthest apart.
+
+        Parameters
+        ----------
+        count : int
+            At most so many, >= 1.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns: node; x, y (length; nan without a lattice); larger, smaller (the backends with the largest and the
+            smallest gap there); larger_gap, smaller_gap, difference (length); larger_reaction, smaller_reaction
+            (force); true_lower, true_upper (length; nan without a truth). Without two answers it is empty.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> comparison = cq.compare(cq.gallery.islands(), ["psor", "clarabel"])
+        >>> worst = comparison.worst_nodes(3)
+        >>> len(worst), bool((worst["difference"].diff().dropna() <= 0).all())
+        (3, True)
+        """
+        return worst_nodes_of(self, integer_at_least(count, 1, "count"))
+
+    def report(self, path: str | Path, title: str = "") -> Path:
+        """Write everything as one HTML page that needs no network, no script and no other file.
+
+        Parameters
+        ----------
+        path : path
+            The file to write, replaced if it exists; its folder must exist.
+        title : str
+            Headline; by default the problem.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ValueError
+            If there is no such folder.
+        """
+        from .html_report import write_report
+
+        return write_report(self, Path(path), title)
 
     @property
     def best(self) -> Solution | None:
         """The answer with the smallest certified bound, or None if no backend returned one."""
-        usable = [s for s in self.solutions.values() if s.residuals is not None]
-        return min(usable, key=lambda s: s.relative_bound) if usable else None
+        return min(self.usable.values(), key=lambda s: s.relative_bound) if self.usable else None
+
+    @property
+    def decided(self) -> dict[str, int]:
+        """Nodes that the certificates together prove in contact or clear, and those that are undecided."""
+        certificates = [s.certificate for s in self.solutions.values() if s.certificate is not None]
+        if not certificates:
+            return {"contact": 0, "clear": 0, "undecided": self.problem.size}
+        contact = np.logical_or.reduce([certificate.contact for certificate in certificates])
+        clear = np.logical_or.reduce([certificate.clear for certificate in certificates])
+        return {
+            "contact": int(np.count_nonzero(contact)),
+            "clear": int(np.count_nonzero(clear)),
+            "undecided": int(np.count_nonzero(~(contact | clear))),
+        }
 
     def verdict(self) -> str:
         """Return one sentence: agreement, or who spoils it and why."""
-        if self.agree:
-            largest = max((pair.gap_difference for pair in self.pairs), default=0.0)
-            differing = max((pair.differing_nodes.size for pair in self.pairs), default=0)
-            proof = "certified" if self.problem.is_m_matrix else "within tol by their residuals"
-            same = "the same contact set" if not differing else f"contact sets that differ in up to {differing} nodes"
-            return f"All {len(self.rows)} backends agree: {proof}, max gap difference {largest:.2g}, {same}."
-        reasons = "; ".join(f"{name} {why}" for name, why in self.culprits.items())
-        return f"No agreement: {reasons or 'no backend was asked'}."
+        return verdict_of(self)
 
     def __repr__(self) -> str:
-        headings, body = table_cells(self)
-        table = [headings, *body]
-        widths = [max(len(line[k]) for line in table) for k in range(len(headings))]
-        lines = [
-            "  ".join(
-                cell.ljust(width) if k < 2 else cell.rjust(width)
-                for k, (cell, width) in enumerate(zip(line, widths, strict=True))
-            )
-            for line in table
+        return as_text(self)
+
+    def remarks(self) -> list[str]:
+        """Return findings and false claims as lines, to be read below the table."""
+        return [
+            *(f"Finding: {finding}." for finding in self.findings),
+            *(f"False claim: {name} {sentence}." for name, sentence in self.false_claims.items()),
         ]
-        head = f"{self.subject}, tol {self.tol:g} of the gap scale {self.problem.gap_scale:.3g}"
-        return "\n".join([head, "", *(line.rstrip() for line in lines), "", self.verdict()])
 
     def _repr_html_(self) -> str:
-        from html import escape
+        return as_html(self)
 
-        headings, rows = table_cells(self)
-        head = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
-        body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-        return (
-            f"<p>{escape(self.subject)}, tol {self.tol:g}</p>"
-            f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table><p>{escape(self.verdict())}</p>"
-        )
+    @property
+    def tolerance(self) -> Tolerance:
+        """What was asked for: ``tol`` with the name of its level."""
+        return Tolerance(self.tol, self.setting)
 
-    def _pair(self, first_name: str, second_name: str, first: Solution, second: Solution) -> Pair:
-        union = int(np.count_nonzero(first.contact | second.contact))
+    @cached_property
+    def usable(self) -> dict[str, Solution]:
+        """By backend, the answers that are finite vectors."""
+        return {name: s for name, s in self.solutions.items() if s.residuals is not None}
+
+    @property
+    def model(self) -> TensionedNet | None:
+        """The membrane or cable, None if a bare `ContactQP` was solved."""
+        return next((s.model for s in self.solutions.values()), None)
+
+    @cached_property
+    def _boundaries(self) -> dict[str, NDArray[np.float64]]:
+        return {
+            name: free_boundary(s.model.lattice, s.contact) for name, s in self.usable.items() if s.model is not None
+        }
+
+    def _apart(self, first: str, second: str) -> float | None:
+        """Return the distance of two backends' free boundaries."""
+        if first not in self._boundaries or second not in self._boundaries:
+            return None
+        return boundary_distance(self._boundaries[first], self._boundaries[second])
+
+    def _measured(self, row: Row) -> Row:
+        """Return a row with its distances from the truth and from the best answer."""
+        solution, best = self.usable.get(row.backend), self.best
+        if solution is None or best is None:
+            return row
+        best_name = next(name for name, s in self.usable.items() if s is best)
+        facts: dict[str, Any] = {
+            "contact_jaccard": contact_jaccard(solution.contact, best.contact),
+            "boundary_distance": self._apart(row.backend, best_name),
+        }
+        if self.truth is not None:
+            low, high = self.truth.error(solution.gap)
+            relative = high / answer_scale(self.problem, solution.gap)
+            facts |= {"true_error_lower": low, "true_error_upper": high, "relative_true_error": relative}
+        return replace(row, **facts)
+
+    def _pair(self, first_name: str, second_name: str) -> Pair:
+        first, second = self.usable[first_name], self.usable[second_name]
         differing = np.flatnonzero(first.contact != second.contact)
         difference = float(np.abs(first.gap - second.gap).max())
         if first.certificate is not None and second.certificate is not None:
@@ -245,33 +308,22 @@ class Comparison:
             first=first_name,
             second=second_name,
             gap_difference=difference,
-            contact_jaccard=differing.size / union if union else 0.0,
+            contact_jaccard=contact_jaccard(first.contact, second.contact),
             differing_nodes=differing,
             consistent=consistent,
+            boundary_distance=self._apart(first_name, second_name),
         )
-
-    def _complaint(self, row: Row) -> str:
-        if row.relative_bound is None or row.natural_residual is None:
-            return f"({row.status}: {row.message})"
-        scale = self.problem.gap_scale
-        stiffness = float(self.problem.stiffness.diagonal().max())
-        violations = {
-            f"min gap {row.min_gap:.2g}": -(row.min_gap or 0.0) / scale,
-            f"min reaction {row.min_reaction:.2g}": -(row.min_reaction or 0.0) / (stiffness * scale),
-            f"natural residual {row.natural_residual:.2g}": row.natural_residual / scale,
-        }
-        worst = max(violations, key=lambda label: violations[label])
-        return f"({row.status}: bound {row.relative_bound:.2g} > tol {self.tol:g}, {worst})"
 
 
 def compare(
     problem: ContactQP | TensionedNet,
     backends: Sequence[str] | None = None,
     *,
-    tol: float = 1e-6,
+    tol: float | str = 1e-6,
     max_iter: int | None = None,
     time_limit: float | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
+    repeats: int = 0,
 ) -> Comparison:
     """Solve one problem with several backends and cross-check the answers.
 
@@ -283,14 +335,16 @@ def compare(
         What to solve.
     backends : sequence of str, optional
         Names, see `backend_names`; by default the package's own whose methods suit the problem.
-    tol : float
-        As for `solve`, for every backend.
+    tol : float or str
+        As for `solve`, for every backend: a number, or "low", "mid", "high" or "default".
     max_iter : int, optional
         Iterations of each backend, in its own unit.
     time_limit : float, optional
         Seconds for each backend.
     options : mapping of str to mapping, optional
         Options of a backend, by its name.
+    repeats : int
+        Runs of each backend after the first, for `Row.warm_seconds`.
 
     Returns
     -------
@@ -324,25 +378,46 @@ def compare(
     stray = sorted(set(options) - set(names))
     if stray:
         raise ValueError(f"options name {', '.join(map(repr, stray))}, which is not among the backends {names}")
-    tol = open_interval(tol, 0.0, 1.0, "tol")
+    wanted = tolerance_of(tol)
+    repeats = integer_at_least(repeats, 0, "repeats")
     if max_iter is not None:
         max_iter = integer_at_least(max_iter, 1, "max_iter")
     if time_limit is not None:
         time_limit = positive_number(time_limit, "time_limit")
+    chosen = {name: choose_backend(algebra)[0] if name == "auto" else name for name in names}
     for name in names:
-        chosen = choose_backend(algebra)[0] if name == "auto" else name
-        get_backend(chosen).check_options(options.get(name, {}))
+        get_backend(chosen[name]).check_options(options.get(name, {}))
+    provenance = Provenance(
+        max_iter=max_iter,
+        time_limit=time_limit,
+        repeats=repeats,
+        options={name: _in_effect(get_backend(chosen[name]), wanted) | dict(options.get(name, {})) for name in names},
+        versions=versions_of(chosen.values()),
+        machine=machine(),
+    )
+    if names:
+        # What the judge prepares once for a problem would otherwise be counted as the first backend's.
+        relative_bound(algebra, np.zeros(algebra.size))
     rows: list[Row] = []
     solutions: dict[str, Solution] = {}
+    limits = {"tol": tol, "max_iter": max_iter, "time_limit": time_limit}
     for name in names:
-        limits = {"tol": tol, "max_iter": max_iter, "time_limit": time_limit}
-        outcome = _attempt(problem, name, limits, options.get(name, {}))
-        if isinstance(outcome, Solution):
-            solutions[name] = outcome
-            rows.append(_row(outcome, name))
-        else:
-            rows.append(outcome)
-    return Comparison(algebra, repr(problem), tol, rows, solutions)
+        first = _attempt(problem, name, limits, options.get(name, {}))
+        if not isinstance(first, Solution):
+            rows.append(first)
+            continue
+        again = [_attempt(problem, name, limits, options.get(name, {})) for _ in range(repeats)]
+        warm = min((run.seconds for run in again if isinstance(run, Solution)), default=None)
+        solutions[name] = first
+        rows.append(row_of(first, name, warm))
+    return Comparison(
+        algebra, repr(problem), wanted.tol, rows, solutions, setting=wanted.setting, provenance=provenance
+    )
+
+
+def _in_effect(backend: type[Backend], wanted: Tolerance) -> dict[str, Any]:
+    """Return the options that a backend has by default; with a library's own, those are not known here."""
+    return {} if wanted.own_defaults and backend.has_own_defaults else backend.options()
 
 
 def _attempt(
@@ -358,72 +433,3 @@ def _attempt(
         raise
     except BaseException as error:  # whatever a library throws, a panic of compiled code too, is a finding about it
         return Row(name, "error", f"{type(error).__name__}: {error}")
-
-
-def _row(solution: Solution, name: str) -> Row:
-    facts: dict[str, Any] = {} if solution.residuals is None else solution.residuals.to_dict()
-    if solution.residuals is not None:
-        facts |= {
-            "relative_bound": solution.relative_bound,
-            "contact": int(np.count_nonzero(solution.contact)),
-        }
-    if solution.certificate is not None:
-        facts |= {
-            "certain_contact": int(np.count_nonzero(solution.certificate.contact)),
-            "certain_clear": int(np.count_nonzero(solution.certificate.clear)),
-            "undecided": int(np.count_nonzero(solution.certificate.undecided)),
-        }
-    return Row(
-        backend=name,
-        status=solution.status.value,
-        message=solution.termination,
-        iterations=solution.iterations,
-        setup_seconds=solution.setup_seconds,
-        solve_seconds=solution.solve_seconds,
-        **facts,
-    )
-
-
-def table_cells(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
-    """Return the headings of a comparison's table and its rows, as text."""
-    return list(_COLUMNS), [[cell(row) for cell in _COLUMNS.values()] for row in comparison.rows]
-
-
-def _plain(value: Any) -> Any:
-    """Return ``value`` with every float that JSON lacks replaced by None."""
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
-
-
-def _number(value: float | None, digits: int = 2) -> str:
-    return "-" if value is None else f"{value:.{digits}g}"
-
-
-def _count(value: int | None) -> str:
-    return "-" if value is None else str(value)
-
-
-def _seconds(row: Row) -> str:
-    if row.setup_seconds is None or row.solve_seconds is None:
-        return "-"
-    return f"{row.setup_seconds + row.solve_seconds:#.3g}"
-
-
-_COLUMNS: dict[str, Callable[[Row], str]] = {
-    "backend": lambda row: row.backend,
-    "status": lambda row: row.status.replace("_", " "),
-    "iterations": lambda row: _count(row.iterations),
-    "seconds": _seconds,
-    "bound/scale": lambda row: _number(row.relative_bound),
-    "min gap": lambda row: _number(row.min_gap),
-    "min R": lambda row: _number(row.min_reaction),
-    "gap·R": lambda row: _number(row.complementarity),
-    "contact": lambda row: _count(row.contact),
-    "undecided": lambda row: _count(row.undecided),
-    "objective": lambda row: _number(row.objective, 10),
-}

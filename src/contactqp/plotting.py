@@ -13,53 +13,29 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-    from .compare import Comparison
     from .model import TensionedNet
     from .solution import Solution
 
 CONTACT, CLEAR, UNDECIDED, INK = "#c8553d", "#dfe7ec", "#f2c14e", "#22333b"
-_BLUE, _GROUND = "#2f6690", "#b9a88f"
+BLUE, GROUND = "#2f6690", "#b9a88f"
 
 
 def plot_solution(solution: Solution) -> Figure:
     """Draw a solution: for a membrane its contact map beside the middle section, for a cable the section alone."""
     model = solution.model
     if model is None:
-        figure = _new_figure(7, 4.4)
-        _draw_sorted_gap(figure.subplots(), solution)
+        figure = new_figure(7, 4.4)
+        draw_sorted_gap(figure.subplots(), solution)
     elif model.is_line:
-        figure = _new_figure(9, 6)
-        draw_section(_section_axes(figure), solution)
+        figure = new_figure(9, 6)
+        draw_section(section_axes(figure), solution)
     else:
         height = float(np.clip(6.5 * model.lattice.shape[0] / model.lattice.shape[1], 3.6, 6.5))
-        figure = _new_figure(12.5, height + 1.0)
-        left, right = _two_halves(figure)
+        figure = new_figure(12.5, height + 1.0)
+        left, right = two_halves(figure)
         draw_contact_map(left.subplots(), solution)
-        draw_section(_section_axes(right), solution)
-    _head(figure, _headline(solution))
-    return figure
-
-
-def plot_comparison(comparison: Comparison) -> Figure:
-    """Draw the best answer's contact map or section, and for each backend its bound and its time."""
-    best = comparison.best
-    if best is None:
-        raise ValueError(f"there is nothing to draw: no backend returned an answer ({comparison.verdict()})")
-    figure = _new_figure(12.5, 5.8)
-    left, right = _two_halves(figure)
-    if best.model is None:
-        _draw_sorted_gap(left.subplots(), best)
-    elif best.model.is_line:
-        draw_section(_section_axes(left), best)
-    else:
-        axes = left.subplots()
-        draw_contact_map(axes, best)
-        _mark_differences(axes, comparison, best.model)
-    above, below = right.subplots(2, 1, sharey=True)
-    _draw_bars(above, below, comparison)
-    verdict = "all agree" if comparison.agree else "no agreement: " + ", ".join(comparison.culprits)
-    title = f"{len(comparison.rows)} backends, {best.problem.size} nodes, {verdict}"
-    _head(figure, title)
+        draw_section(section_axes(right), solution)
+    head(figure, _headline(solution))
     return figure
 
 
@@ -83,7 +59,7 @@ def draw_contact_map(axes: Axes, solution: Solution) -> None:
         rasterized=True,
     )
     _draw_free_boundary(axes, lattice.x, lattice.y, lattice.scatter(solution.contact.astype(float)))
-    _draw_frame_outline(axes, model)
+    draw_frame_outline(axes, model)
     proven = "certainly " if solution.certificate is not None else ""
     labels = [f"{proven}clear", f"{proven}in contact", "undecided"]
     handles: list[Any] = [
@@ -94,7 +70,7 @@ def draw_contact_map(axes: Axes, solution: Solution) -> None:
     figure: Any = axes.get_figure(root=False)
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     axes.set(aspect="equal", xlabel="x", ylabel="y", title="Contact map")
-    _tidy(axes)
+    tidy(axes)
 
 
 def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None) -> None:
@@ -125,8 +101,8 @@ def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None)
     drawn = np.concatenate([deflection[np.isfinite(deflection)], support[np.isfinite(support)]])
     low, high = float(drawn.min()), float(drawn.max())
     margin = 0.12 * (high - low or 1.0)
-    shape_axes.fill_between(lattice.x, support, high + margin, color=_GROUND, alpha=0.55, lw=0, label="support f")
-    shape_axes.plot(x, deflection, color=_BLUE, lw=1.8, label="membrane w" if not model.is_line else "cable w")
+    shape_axes.fill_between(lattice.x, support, high + margin, color=GROUND, alpha=0.55, lw=0, label="support f")
+    shape_axes.plot(x, deflection, color=BLUE, lw=1.8, label="membrane w" if not model.is_line else "cable w")
     touching = solution.contact[number]
     shape_axes.plot(node_x[touching], deflection[1:-1][nodes][touching], ".", color=CONTACT, ms=4, label="in contact")
     shape_axes.set_ylim(high + margin, low - margin)
@@ -141,7 +117,7 @@ def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None)
     force_axes.axhline(0, color=INK, lw=0.6)
     force_axes.set(xlabel="x", ylabel="reaction R")
     for each in axes:
-        _tidy(each)
+        tidy(each)
 
 
 def _states(solution: Solution) -> NDArray[np.int64]:
@@ -173,7 +149,7 @@ def _draw_free_boundary(axes: Axes, x: NDArray[Any], y: NDArray[Any], contact: N
         axes.add_collection(LineCollection(segments, colors=INK, linewidths=1.0, capstyle="round"))
 
 
-def _draw_frame_outline(axes: Axes, model: TensionedNet) -> None:
+def draw_frame_outline(axes: Axes, model: TensionedNet) -> None:
     """Mark the frame points that a node is joined to."""
     row, column = np.nonzero(model.stencil.frame_points())
     lattice = model.lattice
@@ -183,68 +159,19 @@ def _draw_frame_outline(axes: Axes, model: TensionedNet) -> None:
     axes.scatter(x, y, s=size, marker="s", color=INK, linewidths=0)
 
 
-def _mark_differences(axes: Axes, comparison: Comparison, model: TensionedNet) -> None:
-    nodes = [pair.differing_nodes for pair in comparison.pairs]
-    differing = np.unique(np.concatenate(nodes)) if nodes else np.array([], dtype=int)
-    if differing.size:
-        x, y = model.lattice.node_x[differing], model.lattice.node_y[differing]
-        axes.scatter(x, y, s=26, facecolors="none", edgecolors="black")
-        axes.set_title(f"Contact map; backends differ at {differing.size} circled nodes")
-
-
-def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
-    rows = comparison.rows
-    position = np.arange(len(rows))
-    names = [row.backend for row in rows]
-    bounds = [
-        row.relative_bound if row.relative_bound is not None and np.isfinite(row.relative_bound) else np.nan
-        for row in rows
-    ]
-    colours = [_BLUE if row.status in ("certified", "solved") else CONTACT for row in rows]
-    floor = min([*(b for b in bounds if b > 0), comparison.tol]) / 10
-    above.barh(position, np.array(bounds) - floor, left=floor, color=colours, height=0.6)
-    above.axvline(comparison.tol, color=INK, lw=1, ls="--")
-    above.set(
-        xscale="log",
-        xlim=(floor, None),
-        title=f"Certified error of the gap over the gap scale; dashed: tol {comparison.tol:g}",
-        yticks=position,
-        yticklabels=names,
-    )
-    above.invert_yaxis()
-    seconds = [np.nan if row.solve_seconds is None else row.solve_seconds + (row.setup_seconds or 0) for row in rows]
-    finite = [s for s in seconds if s > 0]
-    start = min(finite) / 3 if finite else 1e-3
-    below.barh(position, np.array(seconds) - start, left=start, color=_GROUND, height=0.6)
-    for k, row in enumerate(rows):
-        text = row.status if row.iterations is None else _counted(comparison, row.backend, row.iterations)
-        below.annotate(
-            f" {text}", (seconds[k] if seconds[k] > 0 else start, k), va="center", fontsize="small", color=INK
-        )
-    below.set(xscale="log", xlim=(start, max([*finite, start]) * 12), title="Seconds")
-    for axes in (above, below):
-        axes.title.set_fontsize("medium")
-        _tidy(axes)
-
-
-def _counted(comparison: Comparison, backend: str, iterations: int) -> str:
-    unit = comparison.solutions[backend].iteration_unit
-    return f"{iterations} {unit}{'' if iterations == 1 else 's'}"
-
-
-def _draw_sorted_gap(axes: Axes, solution: Solution) -> None:
+def draw_sorted_gap(axes: Axes, solution: Solution) -> None:
     """Draw gap and reaction of a problem without coordinates, sorted by gap."""
     order = np.argsort(solution.gap - solution.reaction / solution.problem.stiffness.diagonal())
-    axes.plot(solution.gap[order], color=_BLUE, label="gap ω")
+    axes.plot(solution.gap[order], color=BLUE, label="gap ω")
     axes.plot(
         (solution.reaction / solution.problem.stiffness.diagonal())[order], color=CONTACT, label="reaction R / G_ii"
     )
     axes.set(xlabel="unknowns, sorted", ylabel="length", title="Gap and reaction")
     axes.legend(frameon=False)
-    _tidy(axes)
+    tidy(axes)
 
 
-def _new_figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
     """Return a figure that belongs to no window and shows itself in a notebook."""
     from io import BytesIO
 
@@ -259,18 +186,19 @@ def _new_figure(width: float, height: float) -> Figure:
     return Picture(figsize=(width, height), layout="constrained")
 
 
-def _head(figure: Figure, text: str) -> None:
+def head(figure: Figure, text: str) -> None:
     """Write a headline, with room below it that the titles of subfigures cannot take."""
     figure.suptitle(text + "\n", x=0.01, ha="left", fontsize="large", color=INK)
 
 
-def _section_axes(part: Figure | SubFigure) -> NDArray[Any]:
+def section_axes(part: Figure | SubFigure) -> NDArray[Any]:
     """Return the three panels that `draw_section` fills."""
     axes: NDArray[Any] = part.subplots(3, 1, sharex=True, height_ratios=[3, 1.3, 1.3])
     return axes
 
 
-def _two_halves(figure: Figure) -> tuple[SubFigure, SubFigure]:
+def two_halves(figure: Figure) -> tuple[SubFigure, SubFigure]:
+    """Return the left and the right part of a figure, the left one a little wider."""
     halves: Any = figure.subfigures(1, 2, width_ratios=[1.15, 1])
     return halves[0], halves[1]
 
@@ -295,6 +223,7 @@ def _headline(solution: Solution) -> str:
     )
 
 
-def _tidy(axes: Axes) -> None:
+def tidy(axes: Axes) -> None:
+    """Leave out what a picture does not need."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize="small")

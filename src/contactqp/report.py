@@ -7,7 +7,8 @@ from rich.table import Table
 from rich.text import Text
 
 from .backends import backend_names, get_backend
-from .compare import Comparison, table_cells
+from .compare import Comparison
+from .comparison_text import table_cells
 
 _COLOURS = {"certified": "green", "solved": "green", "missing": "yellow", "unsuitable": "yellow"}
 

@@ -159,6 +159,8 @@ class Backend(ABC):
         What one iteration is.
     needs : frozenset of Need
         Verified before `solve` is called.
+    has_own_defaults : bool
+        Whether it calls a library that has other defaults than these options, and honours ``task.own_defaults``.
     reachable_tol : float or None
         The tightest power of ten that it certifies for the paper's hexagon at all ten loads, if that was measured.
     """
@@ -168,6 +170,7 @@ class Backend(ABC):
     package: ClassVar[str]
     iteration_unit: ClassVar[str] = "iteration"
     needs: ClassVar[frozenset[Need]] = frozenset()
+    has_own_defaults: ClassVar[bool] = False
     reachable_tol: ClassVar[float | None] = None
 
     @abstractmethod

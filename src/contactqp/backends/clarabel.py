@@ -30,6 +30,7 @@ class Clarabel(Backend):
     name: ClassVar[str] = "clarabel"
     summary: ClassVar[str] = "interior point"
     package: ClassVar[str] = "clarabel"
+    has_own_defaults: ClassVar[bool] = True
     reachable_tol: ClassVar[float | None] = 1e-12
 
     def solve(

@@ -31,6 +31,7 @@ class Mangasarian(Backend):
     name: ClassVar[str] = "mangasarian"
     summary: ClassVar[str] = "single linear program (HiGHS through scipy.optimize.linprog)"
     package: ClassVar[str] = "scipy"
+    has_own_defaults: ClassVar[bool] = True
     reachable_tol: ClassVar[float | None] = 1e-9
     needs: ClassVar[frozenset[Need]] = frozenset({Need.Z_MATRIX})
 

@@ -28,6 +28,7 @@ class Osqp(Backend):
     name: ClassVar[str] = "osqp"
     summary: ClassVar[str] = "operator splitting (ADMM)"
     package: ClassVar[str] = "osqp"
+    has_own_defaults: ClassVar[bool] = True
     reachable_tol: ClassVar[float | None] = 1e-13
 
     def solve(

@@ -1,0 +1,208 @@
+"""Pictures of a comparison: who reached what, and where the answers differ."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._checks import Vector
+from .plotting import (
+    BLUE,
+    CONTACT,
+    GROUND,
+    INK,
+    draw_contact_map,
+    draw_frame_outline,
+    draw_section,
+    draw_sorted_gap,
+    head,
+    new_figure,
+    section_axes,
+    tidy,
+    two_halves,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from .compare import Comparison
+    from .model import TensionedNet
+
+
+def plot_comparison(comparison: Comparison) -> Figure:
+    """Draw the best answer's contact map or section, and for each backend its bound and its time."""
+    best = comparison.best
+    if best is None:
+        raise ValueError(f"there is nothing to draw: no backend returned an answer ({comparison.verdict()})")
+    figure = new_figure(12.5, 5.8)
+    left, right = two_halves(figure)
+    if best.model is None:
+        draw_sorted_gap(left.subplots(), best)
+    elif best.model.is_line:
+        draw_section(section_axes(left), best)
+    else:
+        axes = left.subplots()
+        draw_contact_map(axes, best)
+        _mark_differences(axes, comparison, best.model)
+    above, below = right.subplots(2, 1, sharey=True)
+    _draw_bars(above, below, comparison)
+    verdict = "all agree" if comparison.agree else "no agreement: " + ", ".join(comparison.culprits)
+    title = f"{len(comparison.rows)} backends, {best.problem.size} nodes, {verdict}"
+    head(figure, title)
+    return figure
+
+
+def _mark_differences(axes: Axes, comparison: Comparison, model: TensionedNet) -> None:
+    differing = _differing_nodes(comparison)
+    if differing.size:
+        x, y = model.lattice.node_x[differing], model.lattice.node_y[differing]
+        axes.scatter(x, y, s=26, facecolors="none", edgecolors="black")
+        axes.set_title(f"Contact map; backends differ at {differing.size} circled nodes")
+
+
+def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
+    rows = comparison.rows
+    position = np.arange(len(rows))
+    names = [row.backend for row in rows]
+    bounds = [
+        row.relative_bound if row.relative_bound is not None and np.isfinite(row.relative_bound) else np.nan
+        for row in rows
+    ]
+    colours = [BLUE if row.status in ("certified", "solved") else CONTACT for row in rows]
+    floor = min([*(b for b in bounds if b > 0), comparison.tol]) / 10
+    above.barh(position, np.array(bounds) - floor, left=floor, color=colours, height=0.6)
+    above.axvline(comparison.tol, color=INK, lw=1, ls="--")
+    above.set(
+        xscale="log",
+        xlim=(floor, None),
+        title=f"Certified error of the gap over the gap scale; dashed: tol {comparison.tol:g}",
+        yticks=position,
+        yticklabels=names,
+    )
+    above.invert_yaxis()
+    seconds = [np.nan if row.solve_seconds is None else row.solve_seconds + (row.setup_seconds or 0) for row in rows]
+    finite = [s for s in seconds if s > 0]
+    start = min(finite) / 3 if finite else 1e-3
+    below.barh(position, np.array(seconds) - start, left=start, color=GROUND, height=0.6)
+    for k, row in enumerate(rows):
+        text = row.status if row.iterations is None else _counted(comparison, row.backend, row.iterations)
+        below.annotate(
+            f" {text}", (seconds[k] if seconds[k] > 0 else start, k), va="center", fontsize="small", color=INK
+        )
+    below.set(xscale="log", xlim=(start, max([*finite, start]) * 12), title="Seconds")
+    for axes in (above, below):
+        axes.title.set_fontsize("medium")
+        tidy(axes)
+
+
+def _counted(comparison: Comparison, backend: str, iterations: int) -> str:
+    unit = comparison.solutions[backend].iteration_unit
+    return f"{iterations} {unit}{'' if iterations == 1 else 's'}"
+
+
+_DECADES = 6
+"""Differences smaller than the largest by so many powers of ten are drawn alike."""
+
+_NUMBERED = 10
+
+
+def plot_disagreement(comparison: Comparison) -> Figure:
+    """Draw the largest less the smallest gap at every node: a map, along a cable, or sorted for a bare matrix."""
+    if len(comparison.usable) < 2:
+        raise ValueError(
+            f"a disagreement needs two answers, and there are {len(comparison.usable)} ({comparison.verdict()})"
+        )
+    spread = comparison.spread
+    floor = max(float(spread.max()) * 10.0**-_DECADES, float(np.finfo(np.float64).tiny))
+    model = comparison.model
+    if model is None:
+        figure = new_figure(8, 4.6)
+        _draw_sorted_spread(figure.subplots(), spread, floor)
+    elif model.is_line:
+        figure = new_figure(9, 4.6)
+        _draw_spread_along(figure.subplots(), comparison, model, floor)
+    else:
+        rows, columns = model.lattice.shape
+        figure = new_figure(8.5, float(np.clip(6.8 * rows / columns, 3.4, 7.5)) + 1.0)
+        _draw_spread_map(figure.subplots(), comparison, model, floor)
+    names = ", ".join(comparison.usable)
+    head(figure, f"Largest less smallest gap of {len(comparison.usable)} answers ({names})")
+    return figure
+
+
+def _draw_spread_map(axes: Axes, comparison: Comparison, model: TensionedNet, floor: float) -> None:
+    from matplotlib.colors import LogNorm
+
+    lattice, spread = model.lattice, comparison.spread
+    picture = axes.pcolormesh(
+        lattice.x,
+        lattice.y,
+        lattice.scatter(np.maximum(spread, floor)),
+        cmap="viridis",
+        norm=LogNorm(floor, max(float(spread.max()), 10 * floor)),
+        shading="nearest",
+        rasterized=True,
+    )
+    figure = axes.get_figure(root=False)
+    assert figure is not None
+    figure.colorbar(picture, ax=axes, extend="min", label="difference of gaps (length)", shrink=0.85)
+    draw_frame_outline(axes, model)
+    differing = _differing_nodes(comparison)
+    if differing.size:
+        x, y = lattice.node_x[differing], lattice.node_y[differing]
+        axes.scatter(x, y, s=34, facecolors="none", edgecolors=CONTACT, linewidths=1.1)
+    _number_worst(axes, comparison, lattice.node_x, lattice.node_y, 0.05 * max(np.ptp(lattice.x), np.ptp(lattice.y)))
+    axes.set(aspect="equal", xlabel="x", ylabel="y")
+    axes.set_title(_caption(differing.size), fontsize="medium")
+    tidy(axes)
+
+
+def _draw_spread_along(axes: Axes, comparison: Comparison, model: TensionedNet, floor: float) -> None:
+    x, height = model.lattice.node_x, np.maximum(comparison.spread, floor)
+    axes.plot(x, height, ".-", color=BLUE, lw=1, ms=4)
+    differing = _differing_nodes(comparison)
+    axes.scatter(x[differing], height[differing], s=60, facecolors="none", edgecolors=CONTACT, linewidths=1.1)
+    _number_worst(axes, comparison, x, height, 0.03 * np.ptp(x))
+    axes.set(yscale="log", xlabel="x", ylabel="difference of gaps (length)")
+    axes.set_title(_caption(differing.size), fontsize="medium")
+    tidy(axes)
+
+
+def _draw_sorted_spread(axes: Axes, spread: Vector, floor: float) -> None:
+    axes.plot(np.arange(1, spread.size + 1), np.maximum(np.sort(spread)[::-1], floor), ".-", color=BLUE, lw=1, ms=4)
+    axes.set(yscale="log", xlabel="unknowns, sorted", ylabel="difference of gaps (length)")
+    tidy(axes)
+
+
+def _number_worst(axes: Axes, comparison: Comparison, x: Vector, y: Vector, apart: float) -> None:
+    """Write the rank beside the worst nodes, except those too near to one that has its number."""
+    placed: list[tuple[float, float]] = []
+    for rank, node in enumerate(comparison.worst_nodes(_NUMBERED)["node"], start=1):
+        here = float(x[node]), float(y[node])
+        if comparison.spread[node] == 0 or any(np.hypot(here[0] - a, here[1] - b) < apart for a, b in placed):
+            continue
+        placed.append(here)
+        axes.annotate(
+            str(rank),
+            here,
+            xytext=(9, 9),
+            textcoords="offset points",
+            fontsize="small",
+            color=INK,
+            bbox={"boxstyle": "circle,pad=0.15", "facecolor": "white", "edgecolor": INK, "linewidth": 0.6},
+            arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.8},
+        )
+
+
+def _differing_nodes(comparison: Comparison) -> NDArray[np.int64]:
+    """Return the nodes that some backends have in contact and others do not."""
+    nodes = [pair.differing_nodes for pair in comparison.pairs]
+    return np.unique(np.concatenate(nodes)) if nodes else np.array([], dtype=np.int64)
+
+
+def _caption(differing: int) -> str:
+    circled = f"circled: {differing} nodes whose contact differs" if differing else "the contact sets are the same"
+    return f"Numbers: rank of the worst nodes; {circled}"
