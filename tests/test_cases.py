@@ -176,6 +176,35 @@ def test_compare_on_the_command_line(tmp_path):
     assert json.loads((tmp_path / "h.json").read_text())["agree"] is True
 
 
+def test_compare_writes_a_report_and_says_what_was_found(tmp_path):
+    page = tmp_path / "cable.html"
+    arguments = ("--backends", "osqp,psor", "--tol", "default", "--repeats", "1", "--report", page)
+    result = run("compare", EXAMPLES / "cable.toml", *arguments)
+    assert result.exit_code == 1, result.output
+    assert "tol 1e-06 (default) of the gap scale" in result.output
+    assert "False claim: osqp said 'solved, eps 1e-03'" in result.output
+    assert f"report: {page}" in result.output.replace("\n", "")
+    assert "<title>cable.toml</title>" in page.read_text(encoding="utf-8")
+
+
+def test_a_finding_is_printed_below_the_table(capsys):
+    from test_tolerances import touching_softly
+
+    from contactqp.report import print_comparison
+
+    print_comparison(cq.compare(touching_softly(31, 0.01), ["osqp"], tol="default", options={
+        "osqp": {"rho": 0.01, "polishing": True},
+    }))  # fmt: skip
+    assert "Finding: osqp: polish made the answer worse: bound" in capsys.readouterr().out
+
+
+def test_the_terminal_table_is_no_wider_than_132_columns():
+    result = run("compare", EXAMPLES / "cable.toml", "--tol", "mid")
+    assert result.exit_code == 0
+    assert max(map(len, result.output.splitlines())) <= 132
+    assert "true error" in result.output
+
+
 def test_compare_exits_with_1_where_there_is_no_agreement(case):
     result = run("compare", case(), "--backends", "psor, clarabel", "--tol", "1e-17")
     assert result.exit_code == 1
@@ -198,7 +227,11 @@ def test_solve_on_the_command_line(case, tmp_path):
         (["compare", "nothing.toml"], "nothing.toml: cannot read the case file"),
         (["compare", EXAMPLES / "hexagon.toml", "--backends", "osq"], "did you mean 'osqp'?"),
         (["compare", EXAMPLES / "hexagon.toml", "--tol", "7"], "tol must lie strictly between 0 and 1, got 7"),
+        (["compare", EXAMPLES / "hexagon.toml", "--tol", "midd"], "'default', got 'midd'; did you mean 'mid'?"),
+        (["solve", EXAMPLES / "hexagon.toml", "--tol", "nan"], "tol must be finite, got nan"),
+        (["compare", EXAMPLES / "hexagon.toml", "--repeats", "-1"], "repeats must be >= 0, got -1"),
         (["compare", EXAMPLES / "hexagon.toml", "--plot", "no/such/p.png"], "there is no folder no/such"),
+        (["compare", EXAMPLES / "hexagon.toml", "--report", "no/such/r.html"], "there is no folder no/such"),
         (["solve", EXAMPLES / "hexagon.toml", "--backend", "x"], "unknown backend 'x'"),
         (["solve", EXAMPLES / "hexagon.toml", "--time-limit", "-1"], "time_limit must be > 0"),
     ],

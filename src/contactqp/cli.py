@@ -23,7 +23,14 @@ app = typer.Typer(
 EXIT_OK, EXIT_NOT_CERTIFIED, EXIT_BAD_INPUT = 0, 1, 2
 
 Case = Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)]
-Tol = Annotated[float, typer.Option(help="Wanted bound of the gap's error, relative to the gap scale; in (0, 1).")]
+Tol = Annotated[
+    str,
+    typer.Option(
+        help="Wanted bound of the gap's error, relative to the gap scale: a number in (0, 1), low (1e-3), mid (1e-6), "
+        "high (1e-9), or default: each library as its authors ship it, judged by 1e-6.",
+        metavar="NUMBER|LEVEL",
+    ),
+]
 TimeLimit = Annotated[float | None, typer.Option(help="Seconds for each backend.", show_default=False)]
 Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .svg).", show_default=False)]
 
@@ -32,12 +39,14 @@ Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .s
 def compare(
     case: Case,
     backends: Annotated[str | None, typer.Option(help="Names, separated by commas; by default all that suit.")] = None,
-    tol: Tol = 1e-6,
+    tol: Tol = "1e-6",
     time_limit: TimeLimit = None,
+    repeats: Annotated[int, typer.Option(help="Runs of each backend after the first, for its warm time.")] = 0,
     plot: Plot = None,
     json: Annotated[
         Path | None, typer.Option(help="Write the table and the verdict as JSON.", show_default=False)
     ] = None,
+    report: Annotated[Path | None, typer.Option(help="Write everything as one HTML page.", show_default=False)] = None,
 ) -> None:
     """Solve CASE by several backends and cross-check the answers.
 
@@ -48,16 +57,18 @@ def compare(
     from .report import print_comparison
 
     with _bad_input():
-        _check_folders(plot, json)
+        _check_folders(plot, json, report)
         model = load_case(case)
         names = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
-        comparison = compare_backends(model, names, tol=tol, time_limit=time_limit)
+        comparison = compare_backends(model, names, tol=_tolerance(tol), time_limit=time_limit, repeats=repeats)
         print_comparison(comparison, title=case.name)
         if json is not None:
             json.write_text(comparison.to_json() + "\n", encoding="utf-8")
         if plot is not None and comparison.best is not None:
             comparison.plot().savefig(plot, dpi=150)
             typer.echo(f"picture: {plot}")
+        if report is not None:
+            typer.echo(f"report: {comparison.report(report, title=case.name)}")
     raise typer.Exit(EXIT_OK if comparison.agree else EXIT_NOT_CERTIFIED)
 
 
@@ -65,7 +76,7 @@ def compare(
 def solve(
     case: Case,
     backend: Annotated[str, typer.Option(help="Name of the backend, see 'contactqp backends'.")] = "auto",
-    tol: Tol = 1e-6,
+    tol: Tol = "1e-6",
     time_limit: TimeLimit = None,
     out: Annotated[Path | None, typer.Option(help="Write all fields as NetCDF (.nc).", show_default=False)] = None,
     plot: Plot = None,
@@ -80,7 +91,7 @@ def solve(
     with _bad_input():
         _check_folders(out, plot)
         model = load_case(case)
-        solution = solve_problem(model, backend, tol=tol, time_limit=time_limit, on_failure="ignore")
+        solution = solve_problem(model, backend, tol=_tolerance(tol), time_limit=time_limit, on_failure="ignore")
         typer.echo(repr(solution))
         if out is not None:
             solution.to_dataset().to_netcdf(out, engine="netcdf4")
@@ -109,6 +120,14 @@ class _bad_input:  # noqa: N801
         if isinstance(error, (ValueError, TypeError, ImportError, OSError)):
             typer.echo(f"contactqp: {error}", err=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
+
+
+def _tolerance(text: str) -> float | str:
+    """Return the number that was typed; what is none is taken for a level's name."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def _check_folders(*files: Path | None) -> None:

@@ -10,6 +10,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from .backends import get_backend
 from .provenance import shortened
 from .rows import Row, count, number, seconds
@@ -32,13 +34,15 @@ table { border-collapse: collapse; font-size: 0.9rem; }
 caption { text-align: left; font-weight: 600; padding: 0.25rem 0; }
 th, td { padding: 0.25rem 0.7rem; border-bottom: 1px solid #dfe7ec; text-align: left; vertical-align: top; }
 thead th { border-bottom: 2px solid #22333b; vertical-align: bottom; }
-td.number, th.number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
+td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
+td.number { white-space: nowrap; }
 .bad { color: #a33219; font-weight: 600; }
 dl { display: grid; grid-template-columns: minmax(7rem, max-content) 1fr; gap: 0.2rem 1rem; font-size: 0.9rem; }
 dt { font-weight: 600; }
 dd { margin: 0; }
 figure { margin: 1rem 0; break-inside: avoid; }
 img { max-width: 100%; height: auto; display: block; }
+.map img { max-width: min(100%, 42rem); }
 figcaption { font-size: 0.9rem; color: #4a5b63; }
 @media (max-width: 40rem) { main { padding: 0.6rem; } dl { display: block; } dd { margin: 0 0 0.4rem; } }
 @media print {
@@ -47,6 +51,7 @@ figcaption { font-size: 0.9rem; color: #4a5b63; }
   .wide { overflow: visible; break-inside: avoid; }
   table { font-size: 8pt; }
   th, td { padding: 0.15rem 0.35rem; }
+  .map img { max-width: 12cm; }
 }
 """
 
@@ -223,6 +228,7 @@ def _pictures(comparison: Comparison) -> str:
         f"The best answer, by {best.backend}, with {touching} of {best.problem.size} nodes in contact; beside it bars "
         f"of each backend's certified error and seconds. {comparison.verdict()}",
         "The best answer, and what each backend reached in what time",
+        "both",
     )
     if len(comparison.usable) > 1:
         found += _figure(
@@ -230,17 +236,18 @@ def _pictures(comparison: Comparison) -> str:
             "Difference between the largest and the smallest gap of all answers at each node; "
             f"its maximum is {comparison.spread.max():.2g}",
             "How far the answers lie apart; the numbers are the ranks in the next table",
+            "map",
         )
     return f"<h2>Pictures</h2>\n{found}"
 
 
-def _figure(figure: Figure, alternative: str, caption: str) -> str:
+def _figure(figure: Figure, alternative: str, caption: str, kind: str) -> str:
     buffer = BytesIO()
     figure.savefig(buffer, format="png", dpi=110)
     width, height = (round(110 * inches) for inches in figure.get_size_inches())
     data = base64.b64encode(buffer.getvalue()).decode("ascii")
     return (
-        f'<figure><img src="data:image/png;base64,{data}" width="{width}" height="{height}" '
+        f'<figure class="{kind}"><img src="data:image/png;base64,{data}" width="{width}" height="{height}" '
         f'alt="{escape(alternative, quote=True)}">\n<figcaption>{escape(caption)}</figcaption></figure>\n'
     )
 
@@ -251,21 +258,22 @@ def _worst_nodes(comparison: Comparison) -> str:
         return ""
     headings = [
         ("rank", True), ("node", True), ("x", True), ("y", True), ("difference", True), ("largest gap", True),
-        ("smallest gap", True), ("reactions there", True), ("truth between", True),
+        ("by", False), ("smallest gap", True), ("by", False), ("reactions", True), ("truth", True),
     ]  # fmt: skip
     body = [
         _line(
-            (text, True)
-            for text in (
-                str(rank),
-                str(node.node),
-                _known(node.x, 4),
-                _known(node.y, 4),
-                number(node.difference),
-                f"{node.larger_gap:.6g} ({node.larger})",
-                f"{node.smaller_gap:.6g} ({node.smaller})",
-                f"{node.larger_reaction:.3g}, {node.smaller_reaction:.3g}",
-                "-" if node.true_lower != node.true_lower else f"{node.true_lower:.6g}, {node.true_upper:.6g}",
+            (
+                (str(rank), True),
+                (str(node.node), True),
+                (_known(node.x, 4), True),
+                (_known(node.y, 4), True),
+                (number(node.difference), True),
+                (f"{node.larger_gap:.5g}", True),
+                (node.larger, False),
+                (f"{node.smaller_gap:.5g}", True),
+                (node.smaller, False),
+                (f"{node.larger_reaction:.2g}, {node.smaller_reaction:.2g}", True),
+                (_interval(node.true_lower, node.true_upper), True),
             )
         )
         for rank, node in enumerate(frame.itertuples(), start=1)
@@ -274,8 +282,15 @@ def _worst_nodes(comparison: Comparison) -> str:
     return "<h2>Worst nodes</h2>\n" + _table(caption, headings, body)
 
 
+def _interval(lower: float, upper: float) -> str:
+    """Return a narrow interval by its middle and half its width, ``-`` where nothing is known."""
+    if not np.isfinite([lower, upper]).all():
+        return "-"
+    return f"{(lower + upper) / 2:.5g} ± {(upper - lower) / 2:.1g}"
+
+
 def _known(value: float, digits: int) -> str:
-    return "-" if value != value else f"{value:.{digits}g}"
+    return "-" if np.isnan(value) else f"{value:.{digits}g}"
 
 
 def _settings(comparison: Comparison) -> str:

@@ -205,4 +205,4 @@ def _differing_nodes(comparison: Comparison) -> NDArray[np.int64]:
 
 def _caption(differing: int) -> str:
     circled = f"circled: {differing} nodes whose contact differs" if differing else "the contact sets are the same"
-    return f"Numbers: rank of the worst nodes; {circled}"
+    return f"Numbers: rank of the worst nodes, neighbours left out; {circled}"

@@ -18,7 +18,7 @@ def print_comparison(comparison: Comparison, title: str = "") -> None:
     console = _console()
     head = " · ".join(part for part in (title, comparison.subject) if part)
     console.print(Text(head, style="bold"))
-    console.print(Text(f"tol {comparison.tol:g} of the gap scale {comparison.problem.gap_scale:.3g}"), style="dim")
+    console.print(Text(f"tol {comparison.tolerance} of the gap scale {comparison.problem.gap_scale:.3g}"), style="dim")
     headings, rows = table_cells(comparison)
     table = Table(box=None, header_style="bold", pad_edge=False)
     for k, heading in enumerate(headings):
@@ -29,6 +29,8 @@ def print_comparison(comparison: Comparison, title: str = "") -> None:
     console.print()
     console.print(table)
     console.print()
+    for remark in comparison.remarks():
+        console.print(Text(remark, style="yellow"))
     console.print(Text(comparison.verdict(), style="bold green" if comparison.agree else "bold red"))
 
 
