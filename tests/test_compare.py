@@ -118,6 +118,170 @@ def test_enclosures_that_exclude_each_other_convict_the_odd_one_out(agreeing):
     wrong = Comparison(agreeing.problem, agreeing.subject, agreeing.tol, agreeing.rows, solutions)
     assert not wrong.agree
     assert wrong.culprits == {"psor": "excludes the answers of 5 of 5 other backends"}
+    assert wrong.truth is None
+    assert wrong.true_error == {}
+    assert len(wrong.findings) == 5
+    assert "the enclosures of osqp and psor contradict each other at 1857 nodes" in repr(wrong)
+    assert json.loads(wrong.to_json())["truth"] is None
+
+
+def test_the_truth_is_narrower_than_any_enclosure(agreeing):
+    truth = agreeing.truth
+    for name, solution in agreeing.solutions.items():
+        certificate = solution.certificate
+        assert (certificate.lower <= truth.lower).all()
+        assert (truth.upper <= certificate.upper).all()
+        low, high = agreeing.true_error[name]
+        assert 0 <= low <= high <= certificate.gap_bound
+    best = agreeing.best
+    low, high = agreeing.true_error["psor"]
+    assert low <= np.abs(agreeing.solutions["psor"].gap - best.gap).max() + best.certificate.gap_bound
+    assert agreeing.decided == {"contact": 303, "clear": 1554, "undecided": 0}
+
+
+def test_metrics_are_in_the_rows(agreeing):
+    frame = agreeing.to_frame()
+    assert (frame["primal_residual"] == np.maximum(0, -frame["min_gap"])).all()
+    assert (frame["dual_residual"] == np.maximum(0, -frame["min_reaction"])).all()
+    assert (frame["gap_bound"] == [s.certificate.gap_bound for s in agreeing.solutions.values()]).all()
+    assert (frame["relative_true_error"] <= frame["relative_bound"]).all()
+    assert (frame["cold_seconds"] >= frame["setup_seconds"] + frame["solve_seconds"]).all()
+    assert frame["warm_seconds"].isna().all()
+    assert frame["claimed"].all()
+    assert (frame["contact_jaccard"] == 0).all()
+    assert (frame["boundary_distance"] == 0).all()
+    record = json.loads(agreeing.to_json())
+    assert set(record["backends"][0]) == {"backend", *frame.columns}
+    assert record["truth"]["contact"] == 303
+    assert (record["findings"], record["false_claims"], record["setting"]) == ([], {}, "")
+    assert {"numpy", "osqp", "contactqp", "Python"} <= set(record["provenance"]["versions"])
+    assert record["provenance"]["options"]["osqp"]["rho"] == 3.0
+
+
+def test_another_contact_set_has_distances(agreeing):
+    """The answer to a higher load: its contact set holds the true one."""
+    other = cq.solve(cq.gallery.paper_hexagon(0.04), "active-set").gap
+    wrong = forged(agreeing, "clarabel", other)
+    row = wrong.to_frame().loc["clarabel"]
+    contact, best = wrong.solutions["clarabel"].contact, wrong.best.contact
+    assert row["contact_jaccard"] == pytest.approx(1 - np.sum(contact & best) / np.sum(contact | best))
+    assert 0.1 < row["contact_jaccard"] < 0.9
+    assert 1.0 <= row["boundary_distance"] < 20.0
+    apart = np.abs(other - wrong.best.gap).max()
+    assert row["true_error_lower"] <= apart + 1e-9
+    assert row["true_error_upper"] == pytest.approx(apart, rel=1e-6)
+    (pair,) = (pair for pair in wrong.pairs if (pair.first, pair.second) == ("osqp", "clarabel"))
+    assert pair.boundary_distance == row["boundary_distance"]
+    assert pair.differing_nodes.tolist() == np.flatnonzero(contact != best).tolist()
+
+
+def test_a_penetrating_answer_has_a_primal_residual(agreeing):
+    gap = agreeing.solutions["clarabel"].gap.copy()
+    gap[3] = -0.5
+    row = forged(agreeing, "clarabel", gap).to_frame().loc["clarabel"]
+    assert row["primal_residual"] == 0.5
+    assert row["dual_residual"] > 0
+    assert row["true_error_lower"] >= 0.5
+
+
+def test_own_defaults_are_claims_to_be_checked():
+    comparison = cq.compare(HEXAGON, ["osqp", "psor"], tol="default")
+    assert (comparison.tol, comparison.setting) == (1e-6, "default")
+    assert list(comparison.false_claims) == ["osqp"]
+    assert comparison.false_claims["osqp"].startswith("said 'solved, eps 1e-03', and its gap is wrong by at least 0.0")
+    assert comparison.verdict().endswith(" Said to have solved it, and did not (1): osqp.")
+    assert "False claim: osqp said" in repr(comparison)
+    assert "tol 1e-06 (default) of the gap scale" in repr(comparison)
+    low, high = comparison.true_error["osqp"]
+    assert 1e-6 * HEXAGON.problem.gap_scale < low <= high < 1.001 * low
+    assert comparison.provenance.options["osqp"] == {}
+    assert comparison.provenance.options["psor"]["order"] == "lexicographic"
+
+
+def test_an_answer_that_others_prove_right_is_no_false_claim():
+    """Clarabel's own certificate is too wide for tol here; with the others' its answer is proven good enough."""
+    cable = cq.Cable(span=100.0, spacing=1.0, tension=1000.0, load=2.0, support=0.9)
+    comparison = cq.compare(cable, ["clarabel", "psor"], tol="default")
+    row = comparison.to_frame().loc["clarabel"]
+    assert (row["status"], row["claimed"]) == ("inaccurate", True)
+    assert row["relative_true_error"] <= 1e-6 < row["relative_bound"]
+    assert comparison.false_claims == {}
+    alone = cq.compare(cable, ["clarabel"], tol="default")
+    assert "is proven no better than to" in alone.false_claims["clarabel"]
+
+
+def test_a_false_claim_without_any_enclosure():
+    problem = cq.ContactQP(np.array([[1.0, 2.0], [2.0, 5.0]]), [-1.0, -1.0])
+    comparison = cq.compare(problem, ["osqp"], tol="default", options={"osqp": {"eps": 0.5}})
+    assert comparison.truth is None
+    assert "and its residual is" in comparison.false_claims["osqp"]
+    assert comparison.rows[0].gap_bound is None
+    assert comparison.rows[0].boundary_distance is None
+
+
+def test_an_honest_failure_is_no_false_claim():
+    comparison = cq.compare(HEXAGON, ["osqp", "clarabel", "psor"], max_iter=3)
+    assert not comparison.to_frame()["claimed"].any()
+    assert comparison.false_claims == {}
+
+
+def test_repeats_are_warm_runs():
+    comparison = cq.compare(cq.gallery.islands(), ["psor", "mangasarian"], repeats=2)
+    assert (comparison.to_frame()["warm_seconds"] > 0).all()
+    assert comparison.provenance.repeats == 2
+    with pytest.raises(ValueError, match="repeats must be >= 0, got -1"):
+        cq.compare(HEXAGON, repeats=-1)
+
+
+def test_the_worst_nodes_name_who_differs(agreeing):
+    node = 7
+    gap = agreeing.solutions["clarabel"].gap.copy()
+    gap[node] += 0.25
+    wrong = forged(agreeing, "clarabel", gap)
+    worst = wrong.worst_nodes(3)
+    first = worst.iloc[0]
+    assert (first["node"], first["larger"], len(worst)) == (node, "clarabel", 3)
+    assert (first["x"], first["y"]) == (HEXAGON.lattice.node_x[node], HEXAGON.lattice.node_y[node])
+    assert first["larger_gap"] - first["smaller_gap"] == first["difference"] == wrong.spread[node]
+    assert first["difference"] == pytest.approx(0.25, rel=1e-6)
+    assert first["larger_reaction"] == wrong.solutions["clarabel"].reaction[node]
+    assert first["true_lower"] <= first["smaller_gap"] + 1e-6
+    assert first["true_upper"] < first["larger_gap"]
+    assert (np.diff(worst["difference"]) <= 0).all()
+    with pytest.raises(ValueError, match="count must be >= 1, got 0"):
+        wrong.worst_nodes(0)
+    alone = cq.compare(HEXAGON, ["psor"]).worst_nodes()
+    assert alone.empty
+    assert list(alone.columns) == list(worst.columns)
+
+
+def test_the_disagreement_is_drawn_for_every_kind_of_problem(agreeing):
+    gap = agreeing.solutions["clarabel"].gap + 0.01
+    (axes, bar) = forged(agreeing, "clarabel", gap).plot_disagreement().axes
+    assert "nodes whose contact differs" in axes.get_title()
+    assert axes.texts[0].get_text() == "1"
+    assert bar.get_ylabel() == "difference of gaps (length)"
+    values = axes.collections[0].get_array()
+    assert values.compressed().size == 1857
+    cable, _ = cq.gallery.cable_on_floor(nodes=9, contact_starts_after=2)
+    (line,) = cq.compare(cable, ["psor", "clarabel"]).plot_disagreement().axes
+    assert line.get_yscale() == "log"
+    problem = cq.ContactQP(np.array([[2.0, -1.0], [-1.0, 2.0]]), np.array([-1.0, 3.0]))
+    (sorted_,) = cq.compare(problem, ["psor", "clarabel"]).plot_disagreement().axes
+    assert np.diff(sorted_.lines[0].get_ydata()).max() <= 0
+    with pytest.raises(ValueError, match="needs two answers, and there are 1"):
+        cq.compare(cable, ["psor"]).plot_disagreement()
+
+
+def test_answers_that_are_the_same_have_nothing_to_show(agreeing):
+    same = forged(agreeing, "clarabel", agreeing.solutions["osqp"].gap)
+    twins = {name: same.solutions[name] for name in ("osqp", "clarabel")}
+    rows = [row for row in same.rows if row.backend in twins]
+    comparison = Comparison(same.problem, same.subject, same.tol, rows, twins)
+    assert comparison.spread.max() == 0
+    axes = comparison.plot_disagreement().axes[0]
+    assert len(axes.texts) == 0
+    assert "the contact sets are the same" in axes.get_title()
 
 
 def test_without_enclosures_agreement_rests_on_the_answers():

@@ -290,10 +290,9 @@ class Comparison:
             "contact_jaccard": contact_jaccard(solution.contact, best.contact),
             "boundary_distance": self._apart(row.backend, best_name),
         }
-        if self.truth is not None:
-            low, high = self.truth.error(solution.gap)
-            relative = high / answer_scale(self.problem, solution.gap)
-            facts |= {"true_error_lower": low, "true_error_upper": high, "relative_true_error": relative}
+        low, high = (None, None) if self.truth is None else self.truth.error(solution.gap)
+        relative = None if high is None else high / answer_scale(self.problem, solution.gap)
+        facts |= {"true_error_lower": low, "true_error_upper": high, "relative_true_error": relative}
         return replace(row, **facts)
 
     def _pair(self, first_name: str, second_name: str) -> Pair:

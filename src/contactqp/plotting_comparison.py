@@ -108,6 +108,9 @@ _DECADES = 6
 
 _NUMBERED = 10
 
+_LEAST_DRAWN = 1e-290
+"""Logarithmic axes fail at the edge of the range of numbers."""
+
 
 def plot_disagreement(comparison: Comparison) -> Figure:
     """Draw the largest less the smallest gap at every node: a map, along a cable, or sorted for a bare matrix."""
@@ -116,7 +119,8 @@ def plot_disagreement(comparison: Comparison) -> Figure:
             f"a disagreement needs two answers, and there are {len(comparison.usable)} ({comparison.verdict()})"
         )
     spread = comparison.spread
-    floor = max(float(spread.max()) * 10.0**-_DECADES, float(np.finfo(np.float64).tiny))
+    rounding = float(np.finfo(np.float64).eps) * comparison.problem.gap_scale
+    floor = max(float(spread.max()) * 10.0**-_DECADES, rounding, _LEAST_DRAWN)
     model = comparison.model
     if model is None:
         figure = new_figure(8, 4.6)
