@@ -62,6 +62,7 @@ def test_osqp_as_its_authors_ship_it():
     np.testing.assert_array_equal(solution.gap, result.x * units.length)
     assert solution.iterations == result.info.iter
     assert "eps 1e-03" in solution.termination
+    assert solution.note == "OSQP as shipped: eps 0.001, rho 0.1, at most 4000 iterations"
     assert (solution.tol, solution.setting, solution.status) == (1e-6, "default", "inaccurate")
     assert solution.claimed_solved
 
@@ -86,6 +87,7 @@ def test_clarabel_as_its_authors_ship_it():
     assert solution.iterations == result.iterations
     np.testing.assert_allclose(solution.gap, np.array(result.x) * units.length, atol=1e-12)
     assert "eps 1e-08" in solution.termination
+    assert solution.note == "Clarabel as shipped: tolerance 1e-08 of the duality gap, at most 200 iterations"
     assert solution.claimed_solved
 
 
@@ -161,3 +163,9 @@ def test_a_claim_is_the_backends_own_word():
     assert cq.solve(cq.gallery.bowl(15), "psor").claimed_solved
     for name in ("multigrid", "active-set", "osqp", "clarabel", "mangasarian"):
         assert cq.solve(cq.gallery.bowl(15), name, tol=1e-5).claimed_solved
+
+
+def test_a_round_that_ended_well_at_a_loose_tolerance_is_no_claim():
+    cut = cq.solve(HEXAGON, "osqp", tol=1e-12, max_iter=25, on_failure="ignore", eps=0.5)
+    assert cut.termination == "solved, eps 5e-01"
+    assert (cut.status, cut.claimed_solved) == ("iteration_limit", False)

@@ -26,6 +26,7 @@ body { margin: 0; background: #fff; color: #22333b; font: 16px/1.5 system-ui, sa
 main { max-width: 64rem; margin: 0 auto; padding: 1rem; }
 h1 { font-size: 1.6rem; line-height: 1.25; margin: 0.5rem 0; overflow-wrap: anywhere; }
 h2 { font-size: 1.2rem; margin: 2rem 0 0.5rem; border-bottom: 1px solid #b8c4cb; break-after: avoid; }
+h3 { font-size: 1rem; margin: 1rem 0 0.25rem; break-after: avoid; }
 p, li, dd { overflow-wrap: anywhere; }
 .verdict { padding: 0.7rem 1rem; border-left: 0.4rem solid #c8553d; background: #fbeeeb; font-weight: 600; }
 .verdict.good { border-color: #3f7d58; background: #edf5f0; }
@@ -49,7 +50,7 @@ figcaption { font-size: 0.9rem; color: #4a5b63; }
   main { max-width: none; padding: 0; }
   body { font-size: 10pt; }
   .wide { overflow: visible; break-inside: avoid; }
-  table { font-size: 8pt; }
+  table, dl { font-size: 8pt; }
   th, td { padding: 0.15rem 0.35rem; }
   .map img { max-width: 12cm; }
 }
@@ -319,8 +320,8 @@ def _settings(comparison: Comparison) -> str:
 
 
 def _has_own_defaults(comparison: Comparison, name: str) -> bool:
-    solution = comparison.solutions.get(name)
-    return name != "auto" and get_backend(name if solution is None else solution.backend).has_own_defaults
+    called = comparison.solutions[name].backend if name in comparison.solutions else name
+    return called != "auto" and get_backend(called).has_own_defaults
 
 
 def _surroundings(comparison: Comparison) -> str:
@@ -339,7 +340,8 @@ def _claim(row: Row) -> str:
 def _between(row: Row) -> str:
     if row.true_error_lower is None or row.true_error_upper is None:
         return "-"
-    return f"{row.true_error_lower:.2g} to {row.true_error_upper:.2g}"
+    low, high = number(row.true_error_lower), number(row.true_error_upper)
+    return low if low == high else f"{low} to {high}"
 
 
 _GROUPS: dict[str, list[Column]] = {

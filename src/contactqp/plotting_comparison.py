@@ -31,6 +31,15 @@ if TYPE_CHECKING:
     from .compare import Comparison
     from .model import TensionedNet
 
+_DECADES = 6
+"""Differences smaller than the largest by so many powers of ten are drawn alike."""
+
+_NUMBERED = 10
+"""Of the nodes where answers differ most, so many at most have their rank beside them."""
+
+_LEAST_DRAWN = 1e-290
+"""Logarithmic axes fail at the edge of the range of numbers."""
+
 
 def plot_comparison(comparison: Comparison) -> Figure:
     """Draw the best answer's contact map or section, and for each backend its bound and its time."""
@@ -72,13 +81,16 @@ def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
         for row in rows
     ]
     colours = [BLUE if row.status in ("certified", "solved") else CONTACT for row in rows]
-    floor = min([*(b for b in bounds if b > 0), comparison.tol]) / 10
+    errors = [(row.relative_true_error, k) for k, row in enumerate(rows) if row.relative_true_error is not None]
+    errors = [(error, k) for error, k in errors if np.isfinite(error) and error > _LEAST_DRAWN]
+    floor = min([*(b for b in bounds if b > 0), *(error for error, _ in errors), comparison.tol]) / 10
     above.barh(position, np.array(bounds) - floor, left=floor, color=colours, height=0.6)
     above.axvline(comparison.tol, color=INK, lw=1, ls="--")
+    above.plot([error for error, _ in errors], [k for _, k in errors], "D", color=INK, ms=4)
     above.set(
         xscale="log",
         xlim=(floor, None),
-        title=f"Certified error of the gap over the gap scale; dashed: tol {comparison.tol:g}",
+        title="Gap error / gap scale: certified (bars), true (points), tol (dashed)",
         yticks=position,
         yticklabels=names,
     )
@@ -101,15 +113,6 @@ def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
 def _counted(comparison: Comparison, backend: str, iterations: int) -> str:
     unit = comparison.solutions[backend].iteration_unit
     return f"{iterations} {unit}{'' if iterations == 1 else 's'}"
-
-
-_DECADES = 6
-"""Differences smaller than the largest by so many powers of ten are drawn alike."""
-
-_NUMBERED = 10
-
-_LEAST_DRAWN = 1e-290
-"""Logarithmic axes fail at the edge of the range of numbers."""
 
 
 def plot_disagreement(comparison: Comparison) -> Figure:

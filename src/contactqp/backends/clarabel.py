@@ -141,15 +141,19 @@ class Clarabel(Backend):
                 stop = Stop.ITERATION_LIMIT
                 break
             stop = Stop.DONE
-        shown = clarabel.DefaultSettings().tol_gap_abs if task.own_defaults and "eps" not in task.given else eps
+        note = ""
+        if task.own_defaults:
+            eps = eps if "eps" in task.given else float(clarabel.DefaultSettings().tol_gap_abs)
+            note = f"Clarabel as shipped: tolerance {eps:g} of the duality gap, at most {budget} iterations"
         return Answer(
             gap=gap,
             stop=stop,
-            termination=f"{status}, eps {shown:.0e}",
+            termination=f"{status}, eps {eps:.0e}",
             iterations=done,
             setup_seconds=setup_seconds,
             solve_seconds=time.perf_counter() - started - setup_seconds,
-            claimed_solved=status == "Solved",
+            note=note,
+            claimed_solved=stop is Stop.DONE and status == "Solved",
         )
 
 

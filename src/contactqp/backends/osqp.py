@@ -114,10 +114,12 @@ class Osqp(Backend):
         started = time.perf_counter()
         solver = run_interruptibly(set_up, task.progress)
         setup_seconds = time.perf_counter() - started
-        usual_iterations = _MAX_ITER
+        usual_iterations, note = _MAX_ITER, ""
         if task.own_defaults:
-            usual_iterations = int(solver.settings.max_iter)
-            eps = float(solver.settings.eps_abs) if eps is None else eps
+            shipped = solver.settings
+            usual_iterations = int(shipped.max_iter)
+            eps = float(shipped.eps_abs) if eps is None else eps
+            note = f"OSQP as shipped: eps {eps:g}, rho {shipped.rho:g}, at most {usual_iterations} iterations"
         elif eps is None:
             eps = 100 * task.tol
         budget = usual_iterations if task.max_iter is None else task.max_iter
@@ -173,8 +175,9 @@ class Osqp(Backend):
             iterations=done,
             setup_seconds=setup_seconds,
             solve_seconds=time.perf_counter() - started - setup_seconds,
+            note=note,
             findings=tuple(findings),
-            claimed_solved=status == "solved",
+            claimed_solved=stop is Stop.DONE and status == "solved",
         )
 
 
