@@ -133,7 +133,7 @@ def plot_disagreement(comparison: Comparison) -> Figure:
         _draw_spread_along(figure.subplots(), comparison, model, floor)
     else:
         rows, columns = model.lattice.shape
-        figure = new_figure(8.5, float(np.clip(6.8 * rows / columns, 3.4, 7.5)) + 1.0)
+        figure = new_figure(8.5, float(np.clip(6.8 * rows / columns, 2.2, 7.5)) + 1.0)
         _draw_spread_map(figure.subplots(), comparison, model, floor)
     names = ", ".join(comparison.usable)
     head(figure, f"Largest less smallest gap of {len(comparison.usable)} answers ({names})")
@@ -155,7 +155,8 @@ def _draw_spread_map(axes: Axes, comparison: Comparison, model: TensionedNet, fl
     )
     figure = axes.get_figure(root=False)
     assert figure is not None
-    figure.colorbar(picture, ax=axes, extend="min", label="difference of gaps (length)", shrink=0.85)
+    place = "bottom" if lattice.shape[1] > 2 * lattice.shape[0] else "right"
+    figure.colorbar(picture, ax=axes, extend="min", label="difference of gaps (length)", shrink=0.85, location=place)
     draw_frame_outline(axes, model)
     differing = _differing_nodes(comparison)
     if differing.size:
