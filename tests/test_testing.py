@@ -27,7 +27,7 @@ def answer(problem, gap):
     verdict = judge(problem, gap, 1e-6)
     return replace(
         cq.solve(problem, "clarabel"), gap=gap, status=verdict.status, residuals=verdict.residuals,
-        certificate=verdict.certificate, relative_bound=verdict.relative_bound,
+        first_certificate=verdict.certificate, first_relative_bound=verdict.relative_bound,
     )  # fmt: skip
 
 
@@ -81,7 +81,7 @@ def test_what_has_no_bounds_encloses_nothing(solution):
     assert "no enclosure is known for a matrix that is no M-matrix" in message_of(
         assert_encloses, unproven, unproven.gap
     )
-    nothing = replace(solution, residuals=None, certificate=None, status=cq.Status.FAILED, termination="singular")
+    nothing = replace(solution, residuals=None, first_certificate=None, status=cq.Status.FAILED, termination="singular")
     assert "has no bounds: no finite answer, failed (singular)" in message_of(assert_encloses, nothing, EXACT)
     infinite = replace(solution.certificate, gap_bound=np.inf)
     assert "would enclose any gap" in message_of(assert_encloses, infinite, EXACT)
@@ -112,7 +112,7 @@ def test_undecided_nodes_are_excused():
     assert touching.contact.tolist() == [False, True]
     assert hovering.contact.tolist() == [False, False]
     assert assert_same_contact(touching, hovering).tolist() == [True, False]
-    text = message_of(assert_same_contact, replace(touching, certificate=None), replace(hovering, certificate=None))
+    text = message_of(assert_same_contact, replace(touching, first_certificate=None), replace(hovering, first_certificate=None))
     assert "contact sets differ at 1 of 2 nodes" in text
     assert "  node 1: in contact in the first (gap 0, reaction 1e-09), clear in the second (gap 2e-09, " in text
     assert "expected: the same at the 2 nodes" in text
@@ -150,7 +150,7 @@ def test_where_nothing_is_decided_there_is_nothing_to_compare(solution):
     assert text == (
         "all 9 nodes are undecided, there is no contact to compare: solve with a smaller tol than 0.5 and 1e-06"
     )
-    nothing = replace(solution, residuals=None, certificate=None, status=cq.Status.FAILED, termination="singular")
+    nothing = replace(solution, residuals=None, first_certificate=None, status=cq.Status.FAILED, termination="singular")
     assert "has no contact set: no finite answer" in message_of(assert_same_contact, solution, nothing)
 
 
