@@ -75,7 +75,7 @@ def test_a_disagreement_names_the_culprit_and_what_it_violates():
     assert list(comparison.culprits) == ["psor"]
     assert "bound" in comparison.culprits["psor"]
     assert "No agreement: psor (inaccurate: bound" in repr(comparison)
-    assert comparison.to_frame()["undecided"]["psor"] > 0
+    assert comparison.to_frame()["relative_true_error"]["psor"] > 1e-3
 
 
 def forged(comparison, name, gap):
@@ -144,7 +144,7 @@ def test_metrics_are_in_the_rows(agreeing):
     assert (frame["primal_residual"] == np.maximum(0, -frame["min_gap"])).all()
     assert (frame["dual_residual"] == np.maximum(0, -frame["min_reaction"])).all()
     assert (frame["gap_bound"] == [s.certificate.gap_bound for s in agreeing.solutions.values()]).all()
-    assert (frame["relative_true_error"] <= frame["relative_bound"]).all()
+    assert (frame["relative_true_error"] <= frame["relative_bound"] * (1 + 1e-12)).all()
     assert (frame["cold_seconds"] >= frame["setup_seconds"] + frame["solve_seconds"]).all()
     assert frame["warm_seconds"].isna().all()
     assert frame["claimed"].all()
@@ -198,8 +198,11 @@ def test_own_defaults_are_claims_to_be_checked():
     assert comparison.provenance.options["psor"]["order"] == "lexicographic"
 
 
-def test_an_answer_that_others_prove_right_is_no_false_claim():
-    """Clarabel's own certificate is too wide for tol here; with the others' its answer is proven good enough."""
+def test_an_answer_that_others_prove_right_is_no_false_claim(monkeypatch):
+    """With fast certificates Clarabel's own is too wide for tol; with the others' its answer is proven good enough."""
+    monkeypatch.setattr("contactqp.judge._WORTH_A_SECOND_LOOK", 0)
+    monkeypatch.setattr("contactqp.solution.DIRECT_SIZE", 0)
+    monkeypatch.setattr("contactqp.solution._SHARP_ON_LATTICES", 0)
     cable = cq.Cable(span=100.0, spacing=1.0, tension=1000.0, load=2.0, support=0.9)
     comparison = cq.compare(cable, ["clarabel", "psor"], tol="default")
     row = comparison.to_frame().loc["clarabel"]
@@ -210,8 +213,9 @@ def test_an_answer_that_others_prove_right_is_no_false_claim():
     assert "is proven no better than to" in alone.false_claims["clarabel"]
 
 
-def test_a_false_claim_without_any_enclosure():
-    problem = cq.ContactQP(np.array([[1.0, 2.0], [2.0, 5.0]]), [-1.0, -1.0])
+def test_a_false_claim_without_any_enclosure(monkeypatch):
+    monkeypatch.setattr("contactqp.weaker.DENSE_SIZE", 2)
+    problem = cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, -0.9, -0.8])
     comparison = cq.compare(problem, ["osqp"], tol="default", options={"osqp": {"eps": 0.5}})
     assert comparison.truth is None
     assert "and its residual is" in comparison.false_claims["osqp"]

@@ -146,15 +146,16 @@ def test_nobody_and_one_alone_have_reports_too(tmp_path):
         assert len(page.all("img")) == len(backends)
 
 
-def test_a_matrix_a_cable_and_rows_without_an_answer(tmp_path):
-    indefinite = cq.ContactQP(np.array([[1.0, 2.0], [2.0, 5.0]]), [-1.0, -1.0])
-    comparison = cq.compare(indefinite, ["psor", "clarabel", "mangasarian", "auto"])
+def test_a_matrix_a_cable_and_rows_without_an_answer(tmp_path, monkeypatch):
+    monkeypatch.setattr("contactqp.weaker.DENSE_SIZE", 2)
+    tied = cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, 0.0, 0.0])
+    comparison = cq.compare(tied, ["psor", "clarabel", "mangasarian", "auto"])
     page = Page(comparison.report(tmp_path / "r.html").read_text(encoding="utf-8"))
     assert (page.wrong, page.open) == ([], [])
     assert "the library's own defaults" not in page.texts["td"]
     assert any("no answer has a certificate" in paragraph for paragraph in page.texts["p"])
     assert "unsuitable" in page.texts["td"]
-    shipped = cq.compare(indefinite, ["auto", "clarabel"], tol="default").report(tmp_path / "r.html")
+    shipped = cq.compare(tied, ["auto", "clarabel"], tol="default").report(tmp_path / "r.html")
     assert Page(shipped.read_text(encoding="utf-8")).texts["td"].count("the library's own defaults") == 2
     cable, _ = cq.gallery.cable_on_floor(nodes=9, contact_starts_after=2)
     page = Page(cq.compare(cable, ["psor", "auto"], tol="default").report(tmp_path / "r.html").read_text("utf-8"))

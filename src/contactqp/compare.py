@@ -291,6 +291,8 @@ class Comparison:
             "boundary_distance": self._apart(row.backend, best_name),
         }
         low, high = (None, None) if self.truth is None else self.truth.error(solution.gap)
+        if high is not None and solution.certificate is not None:
+            high = min(high, solution.certificate.gap_bound)
         relative = None if high is None else high / answer_scale(self.problem, solution.gap)
         facts |= {"true_error_lower": low, "true_error_upper": high, "relative_true_error": relative}
         return replace(row, **facts)

@@ -22,7 +22,7 @@ _SHOWN = 5
 def assert_complementary(problem: ContactQP | TensionedNet, gap: ArrayLike, *, tol: float = 1e-6) -> Verdict:
     """Assert that ``gap`` solves the problem: certified within ``tol`` of the gap scale.
 
-    For a matrix that is no M-matrix the natural residual must be within it.
+    For a matrix that is no M-matrix it is enough that the natural residual is within it.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def assert_same_contact(first: Solution, second: Solution) -> Mask:
     Returns
     -------
     array of bool, shape (n,)
-        The nodes that were compared. Without certificates, for a matrix that is no M-matrix, these are all.
+        The nodes that were compared; all where there are no certificates.
 
     Raises
     ------
@@ -284,13 +284,13 @@ def _refuse_other_nodes(first: Solution, second: Solution) -> None:
 def _why_unproven(solution: Solution) -> str:
     if solution.residuals is None:
         return f"no finite answer, {solution.status} ({solution.termination}). {solution.status.advice}"
-    return "no enclosure is known for a matrix that is no M-matrix; use assert_complementary"
+    return "no enclosure is known for such a matrix; use assert_complementary"
 
 
 def _why_contact_differs(first: Solution, second: Solution) -> str:
     """Return what to try: two certificates that decide a node differently belong to two problems."""
     if first.certificate is None or second.certificate is None:
-        return "Not both are proven, no enclosure is known for a matrix that is no M-matrix: solve with a smaller tol."
+        return "Not both are proven, as no enclosure is known for such a matrix: solve with a smaller tol."
     other = np.count_nonzero(first.problem.q != second.problem.q)
     if other:
         difference = f"their forces q differ at {other} nodes; compare loads, supports and tensions"

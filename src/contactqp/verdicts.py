@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .judge import Status
 from .rows import Row
 
 if TYPE_CHECKING:
@@ -17,7 +18,8 @@ def verdict_of(comparison: Comparison) -> str:
     if comparison.agree:
         largest = max((pair.gap_difference for pair in comparison.pairs), default=0.0)
         differing = max((pair.differing_nodes.size for pair in comparison.pairs), default=0)
-        proof = "certified" if comparison.problem.is_m_matrix else "within tol by their residuals"
+        proven = all(row.status == Status.CERTIFIED for row in comparison.rows)
+        proof = "certified" if proven else "within tol by their residuals"
         same = "the same contact set" if not differing else f"contact sets that differ in up to {differing} nodes"
         return f"All {len(comparison.rows)} backends agree: {proof}, max gap difference {largest:.2g}, {same}."
     reasons = "; ".join(f"{name} {why}" for name, why in comparison.culprits.items())
