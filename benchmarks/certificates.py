@@ -88,7 +88,7 @@ def cost(sizes: tuple[int, ...] = (255, 511, 1023)) -> None:
         )
 
 
-def least_seconds(run: Callable[[], object], repeats: int = 7) -> float:
+def least_seconds(run: Callable[[], object], repeats: int = 25) -> float:
     """Return the least of several timings."""
     best = np.inf
     for _ in range(repeats):

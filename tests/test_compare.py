@@ -200,7 +200,7 @@ def test_own_defaults_are_claims_to_be_checked():
 
 def test_an_answer_that_others_prove_right_is_no_false_claim(monkeypatch):
     """With fast certificates Clarabel's own is too wide for tol; with the others' its answer is proven good enough."""
-    monkeypatch.setattr("contactqp.judge._WORTH_A_SECOND_LOOK", 0)
+    monkeypatch.setattr("contactqp.judge.SHARP_SIZE", 0)
     monkeypatch.setattr("contactqp.solution.DIRECT_SIZE", 0)
     monkeypatch.setattr("contactqp.solution._SHARP_ON_LATTICES", 0)
     cable = cq.Cable(span=100.0, spacing=1.0, tension=1000.0, load=2.0, support=0.9)

@@ -38,6 +38,8 @@ def solution_dataset(solution: Solution) -> xr.Dataset:
         fields |= {
             "gap_lower": (_unlimited(certificate.lower, supported), "length", "certified lower bound of the gap"),
             "gap_upper": (_unlimited(certificate.upper, supported), "length", "certified upper bound of the gap"),
+            "reaction_lower": (certificate.reaction[0], "force", "certified lower bound of the reaction"),
+            "reaction_upper": (certificate.reaction[1], "force", "certified upper bound of the reaction"),
             "contact_state": (state, "1", "1 certainly in contact, 0 certainly clear, -1 undecided"),
         }
     variables = {}

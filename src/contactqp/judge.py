@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from ._checks import Vector
-from .certificate import Certificate, certificate_of, certify, fast_enclosure, sharper
+from .certificate import SHARP_SIZE, Certificate, certificate_of, certify, fast_enclosure, sharper
 from .errors import UnsuitableProblemError
 from .lattice_bounds import LatticeBounds, parabola_of
 from .problem import ContactQP
@@ -195,7 +195,7 @@ def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | No
     else:
         residuals, scale = compute_residuals(problem, gap), answer_scale(problem, gap)
         certificate = _fast_certificate(problem, gap)
-    if certificate is not None and certificate.gap_bound > tol * scale and problem.size <= _WORTH_A_SECOND_LOOK:
+    if certificate is not None and certificate.gap_bound > tol * scale and problem.size <= SHARP_SIZE:
         certificate = sharper(certificate, gap)
     error = residuals.natural_residual if certificate is None else certificate.gap_bound
     if certificate is not None and error <= tol * scale:
@@ -205,10 +205,6 @@ def judge(problem: ContactQP, gap: Vector | None, tol: float, limit: Status | No
     else:
         status = limit or Status.INACCURATE
     return Verdict(status, residuals, certificate, error / scale)
-
-
-_WORTH_A_SECOND_LOOK = 5_000_000
-"""Unknowns up to which the sharp certificate fits into memory several times over."""
 
 
 def _fast_certificate(problem: ContactQP, gap: Vector) -> Certificate | None:
