@@ -178,8 +178,8 @@ def certify(problem: ContactQP, gap: ArrayLike, *, effort: Effort | None = None)
         The approximate solution ω (length); it need not be feasible.
     effort : {"sharp", "fast"}, optional
         ``"fast"`` evaluates the formulas above, on a lattice in a pass or two over it. ``"sharp"`` takes some
-        linear solves on the nodes that are not in contact, and bounds the error to within a per cent as a rule; it holds
-        some thirty vectors in memory. By default sharp up to five million unknowns, and fast beyond.
+        linear solves on the nodes that are not in contact, and bounds the error to within a per cent as a rule; it
+        holds some thirty vectors in memory. By default sharp up to five million unknowns, and fast beyond.
 
     Returns
     -------

@@ -202,8 +202,8 @@ class Solution:
         """Return all fields on the net as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
 
         Variables: gap, deflection, support, reaction, contact_pressure, load, gap_lower, gap_upper, reaction_lower,
-        reaction_upper, and contact_state (1 certainly in contact, 0 certainly clear, -1 undecided). Where there is no support, gap and
-        its bounds are infinite.
+        reaction_upper, and contact_state (1 certainly in contact, 0 certainly clear, -1 undecided). Where there is no
+        support, gap and its bounds are infinite.
         """
         from .datasets import solution_dataset
 
