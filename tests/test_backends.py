@@ -290,7 +290,7 @@ def test_ctrl_c_ends_a_long_solve_within_a_second(name):
     code = f"""
         import os, signal, threading, time, warnings
         import contactqp as cq
-        nodes = {{"psor": 600, "clarabel": 350, "osqp": 350, "mangasarian": 200}}["{name}"]
+        nodes = {{"psor": 1200, "clarabel": 350, "osqp": 350, "mangasarian": 200}}["{name}"]
         model = cq.gallery.bowl(nodes)
         cq.solve(cq.gallery.islands(), "{name}")
         model.problem.G
