@@ -239,11 +239,11 @@ def test_brackets_of_reactions_by_hand():
 def test_the_total_reaction_is_sharper_than_its_parts():
     """Off the frame the column sums of G vanish, so that the errors of the nodes' reactions cancel."""
     problem = cq.gallery.paper_hexagon().problem
-    answer = cq.solve(problem, "psor", tol=1e-4).gap
+    answer = cq.solve(problem, "clarabel", tol=1e-2).gap
     certificate = cq.certify(problem, answer, effort="fast")
     low, high = certificate.reaction
     width = certificate.total_reaction.upper - certificate.total_reaction.lower
-    assert width < 0.5 * (high.sum() - low.sum())
+    assert width < 0.1 * (high.sum() - low.sum())
     assert certificate.total_reaction.lower <= cq.certify(problem, answer).total_reaction.lower
 
 

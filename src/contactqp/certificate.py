@@ -264,6 +264,7 @@ def _certificate(problem: ContactQP, found: Enclosure) -> Certificate:
     if not (np.isfinite(found.bound) and np.isfinite(lower).all() and np.isfinite(upper).all()):
         return _know_nothing(problem, found.barrier)
     contact = certain_contact(problem, lower, upper)
+    lower[contact] = upper[contact] = 0.0
     clear = (lower > 0) | ~problem.supported
     return Certificate(problem, lower, upper, found.bound, contact, clear, found.barrier)
 

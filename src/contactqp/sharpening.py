@@ -28,8 +28,8 @@ from .free_set import free_set_solver
 from .problem import ContactQP
 from .rounding import UNIT_ROUNDOFF
 
-_MOST_STEPS = {True: 12, False: 3}
-"""Newton steps, where the free nodes' matrix is factorised, and where it is not."""
+_MOST_STEPS, _MOST_CHEAP_STEPS = 3, 12
+"""Newton steps, and what they may be where few unknowns make them cheap."""
 
 _SHARP = 1.5
 """Bound over the least error that it may still be, above which another Newton step is worth its time."""
@@ -62,7 +62,7 @@ def sharpened(problem: ContactQP, answer: Vector, first: Enclosure) -> Enclosure
     high, low = answer, np.zeros_like(answer)
     reaction, _ = enclosed_reaction(problem, answer)
     shut: Mask | None = None
-    for _ in range(_MOST_STEPS[problem.size <= DIRECT_SIZE]):
+    for _ in range(_MOST_CHEAP_STEPS if problem.size <= DIRECT_SIZE else _MOST_STEPS):
         lower, upper = best.bounds(problem.supported)
         proven = certain_contact(problem, lower, upper)
         wanted = proven | (problem.supported & ~(lower > 0) & (reaction / problem.stiffness.diagonal() > high + low))
