@@ -27,7 +27,11 @@ def complaints(notebook):
 
 
 def test_notebooks_are_found():
-    assert [path.name for path in NOTEBOOKS] == ["01_quickstart.ipynb", "02_solver_comparison.ipynb"]
+    assert [path.name for path in NOTEBOOKS] == [
+        "01_quickstart.ipynb",
+        "02_solver_comparison.ipynb",
+        "03_how_wrong_can_it_be.ipynb",
+    ]
 
 
 @each_notebook
