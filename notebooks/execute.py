@@ -25,7 +25,11 @@ def execute(path: Path) -> None:
     quiet = ["--IPKernelApp.log_level=40"]
     client = NotebookClient(notebook, kernel_name="python3", timeout=300, coalesce_streams=True, extra_arguments=quiet)
     client.execute(cwd=str(FOLDER))
-    notebook.metadata = {"kernelspec": notebook.metadata["kernelspec"], "language_info": {"name": "python"}}
+    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    notebook.metadata = {
+        "kernelspec": notebook.metadata.get("kernelspec", kernel),
+        "language_info": {"name": "python"},
+    }
     for cell in notebook.cells:
         cell.metadata = {}
     nbformat.write(notebook, path)

@@ -146,7 +146,7 @@ def test_the_enclosure_by_hand():
     assert (below.lower[0], below.upper[0]) == pytest.approx((0.4, 0.5))
     assert above.intersects(below)
     assert above.clear[0]
-    assert repr(above) == "Certificate(|gap error| <= 0.1; 0 in contact, 1 clear, 0 undecided; linear solve)"
+    assert repr(above) == "Certificate(|gap error| <= 0.101; 0 in contact, 1 clear, 0 undecided; linear solve)"
 
 
 @pytest.mark.parametrize("size", [1e140, 1e300, 1.7e308])

@@ -264,7 +264,33 @@ def test_a_certificate_is_sharpened_when_it_is_asked_for():
     assert solution.certificate.gap_bound < 0.1 * solution.first_certificate.gap_bound
     assert solution.relative_bound < 0.1 * solution.first_relative_bound
     large = cq.solve(cq.gallery.bowl(400), tol=1e-6)
-    assert large.certificate is large.first_certificate
+    assert large.certificate.lower is large.first_certificate.lower
+
+
+def test_models_are_certified_and_drawn():
+    membrane = cq.gallery.paper_hexagon()
+    rough = cq.solve(membrane, "osqp", tol="default", on_failure="ignore").gap
+    certificate = cq.certify(membrane, rough, effort="fast")
+    assert certificate.gap_bound == cq.certify(membrane.problem, rough, effort="fast").gap_bound
+    assert certificate.contact_area == certificate.contact_nodes
+    legend = [text.get_text() for text in certificate.plot().legends[0].get_texts()]
+    assert legend[2] == f"undecided ({certificate.undecided.sum()})"
+    cable, exact = cq.gallery.cable_on_floor(9, 2)
+    assert cq.certify(cable, cable.support - exact).plot().axes
+    with pytest.raises(AttributeError, match="plot needs a Membrane or a Cable; this certificate is of a bare"):
+        cq.certify(membrane.problem, rough).plot()
+    with pytest.raises(TypeError, match="problem must be a Membrane, a Cable or a ContactQP, got int"):
+        cq.certify(7, rough)
+
+
+def test_garbage_is_certified_too():
+    """Newton's method finds the contact set even from an answer that knows nothing of it."""
+    membrane = cq.gallery.paper_hexagon()
+    truth = cq.solve(membrane, "active-set", tol=1e-12).certificate
+    for garbage in (np.zeros(1857), np.ones(1857), np.random.default_rng(0).normal(size=1857)):
+        certificate = cq.certify(membrane, garbage)
+        assert certificate.gap_bound <= 1.001 * max((garbage - truth.upper).max(), (truth.lower - garbage).max())
+        assert not certificate.undecided.any()
 
 
 def test_an_unknown_effort_is_refused():

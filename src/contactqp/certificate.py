@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import fsum
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,10 +24,14 @@ from .enclosure import (
 )
 from .errors import UnsuitableProblemError
 from .lattice_bounds import LatticeBounds, parabola_of
+from .model import TensionedNet, split
 from .problem import ContactQP
-from .rounding import UNDERFLOW, UNIT_ROUNDOFF
+from .rounding import UNDERFLOW, UNIT_ROUNDOFF, at_most
 from .sharpening import sharpened
 from .weaker import COMPARISON, EIGENVALUE, weaker_enclosure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Effort = Literal["fast", "sharp"]
 
@@ -55,6 +59,8 @@ class Certificate:
     ----------
     problem : ContactQP
         The problem.
+    model : Membrane, Cable or None
+        What it comes from, if that was certified.
     lower, upper : array, shape (n,)
         lower ≤ ω* ≤ upper (length).
     gap_bound : float
@@ -75,6 +81,7 @@ class Certificate:
     contact: Mask
     clear: Mask
     barrier: str
+    model: TensionedNet | None = field(default=None, repr=False)
 
     @property
     def undecided(self) -> Mask:
@@ -91,6 +98,12 @@ class Certificate:
         """Bracket of the number of nodes in contact, R* > 0: those certainly so, and with them the undecided ones."""
         certain = int(np.count_nonzero(self.contact))
         return Bracket(certain, certain + int(np.count_nonzero(self.undecided)))
+
+    @property
+    def contact_area(self) -> Bracket:
+        """Bracket of the area in contact, Δ² for every node (cable: of the length, Δ for every node)."""
+        nodes, area = self.contact_nodes, self._physical("contact_area").node_area
+        return Bracket(nodes.lower * area, nodes.upper * area)
 
     @cached_property
     def reaction(self) -> tuple[Vector, Vector]:
@@ -144,16 +157,35 @@ class Certificate:
         """Whether one and the same solution can satisfy both enclosures."""
         return bool((np.maximum(self.lower, other.lower) <= np.minimum(self.upper, other.upper)).all())
 
+    def plot(self) -> Figure:
+        """Draw the contact map of what is certain: nodes in contact, clear and undecided, each in their own colour.
+
+        Raises
+        ------
+        AttributeError
+            If a bare `ContactQP` was certified, which knows no places; certify the model.
+        """
+        from .plotting import plot_certificate
+
+        return plot_certificate(self, self._physical("plot"))
+
+    def _physical(self, attribute: str) -> TensionedNet:
+        if self.model is None:
+            raise AttributeError(
+                f"{attribute} needs a Membrane or a Cable; this certificate is of a bare ContactQP, certify the model"
+            )
+        return self.model
+
     def __repr__(self) -> str:
         kind = f"{self.barrier}, weaker than for an M-matrix" if self.weaker else self.barrier
         return (
-            f"Certificate(|gap error| <= {self.gap_bound:.3g}; {np.count_nonzero(self.contact)} in contact, "
+            f"Certificate(|gap error| <= {at_most(self.gap_bound, 3)}; {np.count_nonzero(self.contact)} in contact, "
             f"{np.count_nonzero(self.clear)} clear, {np.count_nonzero(self.undecided)} undecided; {kind})"
         )
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def certify(problem: ContactQP, gap: ArrayLike, *, effort: Effort | None = None) -> Certificate:
+def certify(problem: ContactQP | TensionedNet, gap: ArrayLike, *, effort: Effort | None = None) -> Certificate:
     r"""Enclose the exact solution of ``problem``, given any approximate ``gap`` from any program.
 
     With a barrier v > 0, s ≤ Gv, s > 0, and R = Gω + q let
@@ -172,7 +204,7 @@ def certify(problem: ContactQP, gap: ArrayLike, *, effort: Effort | None = None)
 
     Parameters
     ----------
-    problem : ContactQP
+    problem : Membrane, Cable or ContactQP
         Any; what is known of its matrix decides on the kind of bound.
     gap : array, shape (n,)
         The approximate solution ω (length); it need not be feasible.
@@ -189,8 +221,8 @@ def certify(problem: ContactQP, gap: ArrayLike, *, effort: Effort | None = None)
     ------
     UnsuitableProblemError
         If no bound is known: the matrix is no M-matrix and no H-matrix, and too large for a dense factorisation.
-    ValueError
-        If ``gap`` has the wrong shape or is not finite, or ``effort`` is unknown.
+    TypeError, ValueError
+        If ``problem`` is no problem, ``gap`` has the wrong shape or is not finite, or ``effort`` is unknown.
 
     Examples
     --------
@@ -200,14 +232,19 @@ def certify(problem: ContactQP, gap: ArrayLike, *, effort: Effort | None = None)
     >>> cq.certify(problem, [0.5, 0.0]).gap_bound < 1e-14
     True
     >>> cq.certify(problem, [0.51, 0.0])
-    Certificate(|gap error| <= 0.01; 1 in contact, 1 clear, 0 undecided; linear solve)
+    Certificate(|gap error| <= 0.0101; 1 in contact, 1 clear, 0 undecided; linear solve)
     >>> cq.certify(problem, [0.51, 0.0], effort="fast")
-    Certificate(|gap error| <= 0.02; 1 in contact, 1 clear, 0 undecided; linear solve)
+    Certificate(|gap error| <= 0.0201; 1 in contact, 1 clear, 0 undecided; linear solve)
     """
+    model, algebra = split(problem)
     if effort is None:
-        effort = "sharp" if problem.size <= SHARP_SIZE else "fast"
+        effort = "sharp" if algebra.size <= SHARP_SIZE else "fast"
     one_of(effort, ("fast", "sharp"), "effort")
-    omega = vector(gap, problem.size, "gap")
+    found = _certified(algebra, vector(gap, algebra.size, "gap"), effort)
+    return found if model is None else replace(found, model=model)
+
+
+def _certified(problem: ContactQP, omega: Vector, effort: str) -> Certificate:
     if problem.barrier is None:
         return _weaker_certificate(problem, omega)
     parabola = parabola_of(problem)

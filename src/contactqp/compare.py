@@ -19,7 +19,7 @@ from .disagreement import spread_of, worst_nodes_of
 from .errors import MissingBackendError, UnsuitableProblemError
 from .judge import answer_scale, relative_bound
 from .metrics import Truth, boundary_distance, contact_jaccard, free_boundary, intersection
-from .model import TensionedNet
+from .model import TensionedNet, split
 from .problem import ContactQP
 from .provenance import Provenance, machine, versions_of
 from .rows import Pair, Row, row_of
@@ -369,9 +369,7 @@ def compare(
     """
     if isinstance(backends, str):
         raise TypeError(f"backends must be a sequence of names, got the string {backends!r}; write [{backends!r}]")
-    if not isinstance(problem, (ContactQP, TensionedNet)):
-        raise TypeError(f"problem must be a Membrane, a Cable or a ContactQP, got {type(problem).__name__}")
-    algebra = problem.problem if isinstance(problem, TensionedNet) else problem
+    _, algebra = split(problem)
     names = suitable_backends(algebra) if backends is None else list(backends)
     if len(set(names)) != len(names):
         raise ValueError(f"backends must not repeat, got {names}")

@@ -198,6 +198,21 @@ class TensionedNet:
         return f"{type(self).__name__}({net}, tension={self.tension:g}{note})"
 
 
+def split(problem: ContactQP | TensionedNet) -> tuple[TensionedNet | None, ContactQP]:
+    """Return the model, None for a bare problem, and its contact problem.
+
+    Raises
+    ------
+    TypeError
+        If it is neither.
+    """
+    if isinstance(problem, TensionedNet):
+        return problem, problem.problem
+    if isinstance(problem, ContactQP):
+        return None, problem
+    raise TypeError(f"problem must be a Membrane, a Cable or a ContactQP, got {type(problem).__name__}")
+
+
 def _frame_heights(stencil: Stencil, lattice: Lattice, value: Any) -> Vector | None:
     """Return the frame's ordinates on the net with a ring about it, or None if they are zero."""
     if not callable(value) and not is_dataarray(value) and np.ndim(value) == 0:

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import Mask
+from .rounding import at_most
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
+    from .certificate import Certificate
     from .model import TensionedNet
     from .solution import Solution
 
@@ -39,14 +41,31 @@ def plot_solution(solution: Solution) -> Figure:
     return figure
 
 
+def plot_certificate(certificate: Certificate, model: TensionedNet) -> Figure:
+    """Draw what a certificate proves of a membrane or a cable."""
+    height = float(np.clip(6.5 * model.lattice.shape[0] / model.lattice.shape[1], 1.2, 6.5))
+    figure = new_figure(7, height + 1.2)
+    axes = figure.subplots()
+    _draw_states(axes, model, _states_of(certificate), certificate.contact, "certainly ")
+    axes.set_title(f"gap certain to {at_most(certificate.gap_bound)} ({certificate.barrier})", fontsize="medium")
+    return figure
+
+
 def draw_contact_map(axes: Axes, solution: Solution) -> None:
     """Draw which nodes are certainly in contact, certainly clear, or undecided, and the free boundary."""
+    model, certificate = solution._physical("the contact map"), solution.certificate
+    if certificate is None:
+        _draw_states(axes, model, solution.contact.astype(int), solution.contact, "")
+    else:
+        _draw_states(axes, model, _states_of(certificate), solution.contact, "certainly ")
+
+
+def _draw_states(axes: Axes, model: TensionedNet, state: NDArray[np.int64], contact: Mask, proven: str) -> None:
+    """Draw the nodes' states, 0 clear, 1 in contact, 2 undecided, and the boundary of a contact set."""
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
-    model = solution._physical("the contact map")
     lattice = model.lattice
-    state = _states(solution)
     grid = lattice.scatter(state.astype(float))
     axes.pcolormesh(
         lattice.x,
@@ -58,9 +77,8 @@ def draw_contact_map(axes: Axes, solution: Solution) -> None:
         shading="nearest",
         rasterized=True,
     )
-    _draw_free_boundary(axes, lattice.x, lattice.y, lattice.scatter(solution.contact.astype(float)))
+    _draw_free_boundary(axes, lattice.x, lattice.y, lattice.scatter(contact.astype(float)))
     draw_frame_outline(axes, model)
-    proven = "certainly " if solution.certificate is not None else ""
     labels = [f"{proven}clear", f"{proven}in contact", "undecided"]
     handles: list[Any] = [
         Patch(color=colour, label=f"{label} ({np.count_nonzero(state == k)})")
@@ -120,11 +138,7 @@ def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None)
         tidy(each)
 
 
-def _states(solution: Solution) -> NDArray[np.int64]:
-    """Return 1 in contact, 0 clear, 2 undecided; the backend's own view where there is no certificate."""
-    certificate = solution.certificate
-    if certificate is None:
-        return solution.contact.astype(int)
+def _states_of(certificate: Certificate) -> NDArray[np.int64]:
     return np.where(certificate.contact, 1, np.where(certificate.clear, 0, 2))
 
 
@@ -219,7 +233,7 @@ def _headline(solution: Solution) -> str:
         return f"{solution.backend}: {state}, {solution.problem.size} nodes"
     return (
         f"{solution.backend}: {state}, {solution.problem.size} nodes, "
-        f"gap certain to {solution.certificate.gap_bound:.1g}"
+        f"gap certain to {at_most(solution.certificate.gap_bound, 1)}"
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from decimal import ROUND_UP, Decimal, localcontext
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +27,21 @@ DIFFERENCES = 12
 Each of the four differences is rounded once, multiplied by its arm, and added to the others and to q: five roundings
 in a chain (Higham 2002, lemma 3.1); as many for the bound, and two to spare.
 """
+
+
+def at_most(value: float, digits: int = 2) -> str:
+    """Return ``value`` rounded upwards to some significant digits, so that ``<=`` before it is true.
+
+    Examples
+    --------
+    >>> at_most(0.00173158), at_most(0.01), at_most(0.0), at_most(999.5, 3)
+    ('0.0018', '0.01', '0', '1e+03')
+    """
+    if not (math.isfinite(value) and value > 0):
+        return f"{value:.{digits}g}"
+    with localcontext() as context:
+        context.prec, context.rounding = digits, ROUND_UP
+        return f"{float(+Decimal(repr(float(value)))):.{digits}g}"
 
 
 def gamma(operations: int) -> float:

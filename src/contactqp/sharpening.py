@@ -28,7 +28,7 @@ from .free_set import free_set_solver
 from .problem import ContactQP
 from .rounding import UNIT_ROUNDOFF
 
-_MOST_STEPS, _MOST_CHEAP_STEPS = 3, 12
+_MOST_STEPS, _MOST_CHEAP_STEPS = 3, 60
 """Newton steps, and what they may be where few unknowns make them cheap."""
 
 _SHARP = 1.5
@@ -46,8 +46,8 @@ _REPAIRS = 3
 def sharpened(problem: ContactQP, answer: Vector, first: Enclosure) -> Enclosure:
     """Return an enclosure within ``first`` whose bound is close to the answer's true error.
 
-    Some Newton steps are made, the first from the answer's own contact set, until the bound is
-    proven to be less than 1.5 times the error, or as small as rounding errors of the answer.
+    Some Newton steps are made, the first from the answer's own contact set, until no node is undecided and the bound is
+    proven to be less than 1.5 times the error, or as small as rounding errors of the answer; or the contact set rests.
 
     Parameters
     ----------
@@ -58,26 +58,27 @@ def sharpened(problem: ContactQP, answer: Vector, first: Enclosure) -> Enclosure
     first : Enclosure
         About the answer.
     """
-    best = first
+    best, steps = first, 0
     high, low = answer, np.zeros_like(answer)
     reaction, _ = enclosed_reaction(problem, answer)
+    most = _MOST_CHEAP_STEPS if problem.size <= DIRECT_SIZE else _MOST_STEPS
     shut: Mask | None = None
-    for _ in range(_MOST_CHEAP_STEPS if problem.size <= DIRECT_SIZE else _MOST_STEPS):
+    while True:
         lower, upper = best.bounds(problem.supported)
         proven = certain_contact(problem, lower, upper)
-        wanted = proven | (problem.supported & ~(lower > 0) & (reaction / problem.stiffness.diagonal() > high + low))
-        if shut is not None and np.array_equal(wanted, shut):
-            break
+        decided = proven | (lower > 0) | ~problem.supported
+        wanted = proven | (~decided & (reaction / problem.stiffness.diagonal() > high + low))
+        sharp = best.bound <= max(_SHARP * best.least_error, 4 * UNIT_ROUNDOFF * float(np.abs(answer).max()))
+        settled = shut is not None and np.array_equal(wanted, shut)
+        if steps == most or settled or (sharp and decided.all()):
+            return _relaxed(problem, best)
         shut = wanted
         high, low = np.where(shut, 0.0, high), np.where(shut, 0.0, low)
         base, found = _corrected(problem, answer, high, low, shut, proven)
         if not np.isfinite(found.fall).all():
-            break
-        best = best.met_with(found)
-        if best.bound <= max(_SHARP * best.least_error, 4 * UNIT_ROUNDOFF * float(np.abs(answer).max())):
-            break
+            return _relaxed(problem, best)
+        best, steps = best.met_with(found), steps + 1
         high, low, reaction = base.high, base.low, base.reaction
-    return _relaxed(problem, best)
 
 
 def _corrected(

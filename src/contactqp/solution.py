@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ from .certificate import Bracket, Certificate, sharper
 from .judge import Residuals, Status
 from .model import ForceBalance, TensionedNet
 from .problem import ContactQP
+from .rounding import at_most
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,7 +100,9 @@ class Solution:
         """
         first = self.first_certificate
         affordable = _SHARP_ON_LATTICES if self.problem.stencil is not None else DIRECT_SIZE
-        return first if first is None or self.problem.size > affordable else sharper(first, self.gap)
+        if first is None:
+            return None
+        return replace(first if self.problem.size > affordable else sharper(first, self.gap), model=self.model)
 
     @property
     def relative_bound(self) -> float:
@@ -112,8 +115,8 @@ class Solution:
     @property
     def contact_area(self) -> Bracket:
         """Bracket of the area in contact, Δ² for every node (cable: of the length, Δ for every node)."""
-        nodes, area = self._certified("contact_area").contact_nodes, self._physical("contact_area").node_area
-        return Bracket(nodes.lower * area, nodes.upper * area)
+        self._physical("contact_area")
+        return self._certified("contact_area").contact_area
 
     @property
     def total_reaction(self) -> Bracket:
@@ -227,10 +230,10 @@ class Solution:
             f"{self.iterations} {self.iteration_unit}{'' if self.iterations == 1 else 's'}, {self.seconds:.3g} s",
             f"  problem     {subject}",
         ]
-        relative = f"{self.relative_bound:.1g} of the gap scale; tol {self.tol:g}"
+        relative = f"{at_most(self.relative_bound, 1)} of the gap scale; tol {self.tol:g}"
         if self.certificate is not None:
             proof = "weaker bound, no M-matrix" if self.certificate.weaker else "certified"
-            lines.append(f"  gap error   <= {self.certificate.gap_bound:.2g} ({proof}), {relative}")
+            lines.append(f"  gap error   <= {at_most(self.certificate.gap_bound)} ({proof}), {relative}")
             certain, clear = (int(np.count_nonzero(m)) for m in (self.certificate.contact, self.certificate.clear))
             undecided = int(np.count_nonzero(self.certificate.undecided))
             lines.append(f"  nodes       {certain} in contact, {clear} clear, {undecided} undecided")

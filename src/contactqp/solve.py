@@ -14,7 +14,7 @@ from .backends import choose_backend, get_backend
 from .backends.base import Answer, Stop, Task
 from .errors import ContactWarning, NotCertifiedError
 from .judge import Status, judge, relative_bound
-from .model import TensionedNet
+from .model import TensionedNet, split
 from .problem import ContactQP
 from .progress import Progress
 from .solution import Solution
@@ -99,7 +99,7 @@ def solve(
     >>> solution.status.value, int(solution.certificate.undecided.sum())
     ('certified', 0)
     """
-    model, algebra = _split(problem)
+    model, algebra = split(problem)
     wanted = tolerance_of(tol)
     if max_iter is not None:
         max_iter = integer_at_least(max_iter, 1, "max_iter")
@@ -162,14 +162,6 @@ def solve(
     )
     _report(solution, on_failure)
     return solution
-
-
-def _split(problem: object) -> tuple[TensionedNet | None, ContactQP]:
-    if isinstance(problem, TensionedNet):
-        return problem, problem.problem
-    if isinstance(problem, ContactQP):
-        return None, problem
-    raise TypeError(f"problem must be a Membrane, a Cable or a ContactQP, got {type(problem).__name__}")
 
 
 def _start(value: ArrayLike | Solution | None, problem: ContactQP) -> Vector | None:
