@@ -42,13 +42,39 @@ def plot_solution(solution: Solution) -> Figure:
 
 
 def plot_certificate(certificate: Certificate, model: TensionedNet) -> Figure:
-    """Draw what a certificate proves of a membrane or a cable."""
-    height = float(np.clip(6.5 * model.lattice.shape[0] / model.lattice.shape[1], 1.2, 6.5))
-    figure = new_figure(7, height + 1.2)
-    axes = figure.subplots()
-    _draw_states(axes, model, _states_of(certificate), certificate.contact, "certainly ")
+    """Draw what a certificate proves: of a membrane its contact map, of a cable the bounds of the gap along it."""
+    state = _states_of(certificate)
+    if model.is_line:
+        figure = new_figure(9, 3.6)
+        axes = figure.subplots()
+        _draw_bounds(axes, certificate, model, state)
+    else:
+        height = float(np.clip(6.5 * model.lattice.shape[0] / model.lattice.shape[1], 3.0, 6.5))
+        figure = new_figure(7, height + 1.2)
+        axes = figure.subplots()
+        _draw_states(axes, model, state, certificate.contact, "certainly ")
     axes.set_title(f"gap certain to {at_most(certificate.gap_bound)} ({certificate.barrier})", fontsize="medium")
     return figure
+
+
+def _draw_bounds(axes: Axes, certificate: Certificate, model: TensionedNet, state: NDArray[np.int64]) -> None:
+    x = model.lattice.node_x
+    known = np.isfinite(certificate.lower) & np.isfinite(certificate.upper) & model.supported
+    lower, upper = (np.where(known, bound, np.nan) for bound in (certificate.lower, certificate.upper))
+    axes.fill_between(x, lower, upper, color=BLUE, alpha=0.3, lw=0, label="between the bounds of the gap")
+    axes.plot(x, upper, color=BLUE, lw=1)
+    for k, label in enumerate(("certainly clear", "certainly in contact", "undecided")):
+        chosen = state == k
+        if k < 2 or chosen.any():
+            axes.plot(
+                x[chosen], upper[chosen], "o", ms=4, mec=INK, mew=0.4, color=(CLEAR, CONTACT, UNDECIDED)[k],
+                label=f"{label} ({np.count_nonzero(chosen)})",
+            )  # fmt: skip
+    axes.axhline(0, color=INK, lw=0.6)
+    figure: Any = axes.get_figure(root=False)
+    figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize="small")
+    axes.set(xlabel="x", ylabel="gap ω")
+    tidy(axes)
 
 
 def draw_contact_map(axes: Axes, solution: Solution) -> None:
