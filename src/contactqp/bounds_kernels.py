@@ -130,14 +130,15 @@ def enclose(  # type: ignore[no-untyped-def]
             drive = q[node + k]
             held_shut = drive - pull  # where this overflows, it is not above its error, and proves nothing
             error = _ERROR * (force + abs(drive)) + _UNDERFLOW
+            touching = False
             if runs[run, 4]:
                 low = max(low, 0.0)
-                contact[node + k] = held_shut > 2 * error
+                touching = held_shut > 2 * error
                 clear[node + k] = low > 0.0
             else:
-                contact[node + k] = False
                 clear[node + k] = True
-            lower[node + k], upper[node + k] = low, high
+            contact[node + k] = touching
+            lower[node + k], upper[node + k] = (0.0, 0.0) if touching else (low, high)
             bound = max(bound, max(high - gap, gap - low))
             finite = finite and np.isfinite(high) and np.isfinite(low)
     return bound, finite
