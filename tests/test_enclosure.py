@@ -247,6 +247,35 @@ def test_the_total_reaction_is_sharper_than_its_parts():
     assert certificate.total_reaction.lower <= cq.certify(problem, answer).total_reaction.lower
 
 
+def test_the_total_reaction_is_bounded_where_sums_round_or_overflow():
+    """Bounds that are true, and a sum that a rounded difference of middle and width would pass by half an ulp."""
+    tiny = 2.0**-53 - 2.0**-70
+    problem = cq.ContactQP([[32.0, -4.5], [-4.5, 1.0]], [1 + 2.0**-52, -tiny], supported=[True, False])
+    bounds = np.array([0.0, -tiny]), np.array([0.0, tiny])
+    nowhere = np.zeros(2, dtype=bool)
+    certificate = cq.Certificate(problem, *bounds, tiny, nowhere, np.array([False, True]), "by hand")
+    exact = Fraction(1) + Fraction(2) ** -52 - Fraction(9, 2) * Fraction(tiny)
+    assert Fraction(certificate.total_reaction.lower) <= exact <= Fraction(certificate.total_reaction.upper)
+    heavy = cq.certify(cq.ContactQP(np.eye(2), [1.7e308, 1.7e308]), [0.0, 0.0])
+    assert heavy.total_reaction.upper == np.inf
+    assert heavy.contact.all()
+
+
+def test_sharp_certificates_keep_what_fast_ones_prove(monkeypatch):
+    monkeypatch.setattr("contactqp.lattice_bounds._WORTH_COMPILED_PASSES", 0)
+    for case in range(200):
+        rng = np.random.default_rng([3, case])
+        problem = adversarial_problem(rng)
+        gap, _ = exact_solution(problem)
+        answer = adversarial_answer(rng, problem, gap)
+        fast, sharp = (cq.certify(problem, answer, effort=effort) for effort in ("fast", "sharp"))
+        assert (fast.lower <= sharp.lower).all()
+        assert (sharp.upper <= fast.upper).all()
+        assert sharp.gap_bound <= fast.gap_bound
+        assert (fast.contact <= sharp.contact).all()
+        assert (fast.clear <= sharp.clear).all()
+
+
 def test_solutions_bracket_contact_area_and_total_reaction():
     membrane = cq.gallery.paper_hexagon()
     solution = cq.solve(membrane, "clarabel", tol=1e-8)

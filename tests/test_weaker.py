@@ -125,3 +125,13 @@ def test_a_good_residual_under_a_weak_bound_is_solved_not_certified():
     assert verdict.status == cq.Status.SOLVED
     assert verdict.certificate.weaker
     assert verdict.relative_bound > 1e-6
+
+
+@pytest.mark.parametrize("size", [1e-320, 1e-200, 1e-160, 1.0, 1e160, 1e200, 1e300])
+def test_the_eigenvalue_bound_holds_to_the_edge_of_the_range(size):
+    """Squares of small residuals vanish, those of large ones overflow."""
+    problem = cq.ContactQP(FULL, [-size, 0.0, 0.0])
+    certificate = cq.certify(problem, [1.1 * size, 0.0, 0.0])
+    assert certificate.lower[0] <= size <= certificate.upper[0]
+    assert certificate.gap_bound >= 0.0999 * size
+    assert certificate.gap_bound < 2 * size + 1e-290

@@ -72,8 +72,8 @@ class Barrier:
 class Parabola(Barrier):
     """A sum of parabolas along rows and columns, on a lattice whose arms are equal in each direction.
 
-    It is >= 0 on the frame, and has whole multiples of 1/4 as values, so that v and its differences are exact. Only
-    the two parabolas are kept.
+    It is >= 0 on the frame, and has whole numbers as values at nodes and frame points (the two parabolas have multiples
+    of 1/4), so that v and its differences are exact. Only the two parabolas are kept.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
     if not (np.isfinite(v).all() and v.min() > 0):
         return None
     product = stiffness.matvec(v)
-    magnitude = 2 * stiffness.diagonal() * v - product
+    magnitude = stiffness.diagonal() * (2 * v) - product
     s = product - growth_bound(stiffness) * magnitude - UNDERFLOW
     return Barrier(v, s, kind) if s.min() > 0 else None
 
@@ -230,15 +230,11 @@ def _solved(stiffness: Stiffness) -> Barrier | None:
 
 def _iterated(stiffness: Stiffness, matrix: csr_array, balance: Vector) -> Barrier | None:
     """Return the barrier from conjugate gradients, at first to a rough tolerance, or None if neither will do."""
-    from scipy.linalg import LinAlgError
+    from .active_set.amg import conjugate_gradients
 
-    from .active_set.amg import preconditioned_solutions
-
-    try:
-        for y in preconditioned_solutions(matrix, np.ones(balance.size), 1 / balance, (1e-3, 1e-6)):
-            barrier = _checked(stiffness, balance * y, "linear solve")
-            if barrier is not None:
-                return barrier
-    except LinAlgError:
-        pass
-    return None
+    solve = conjugate_gradients(matrix, 1 / balance)
+    if solve is None:
+        return None
+    candidates = (balance * solve(np.ones(balance.size), tolerance) for tolerance in (1e-3, 1e-6))
+    found = (_checked(stiffness, candidate, "linear solve") for candidate in candidates)
+    return next((barrier for barrier in found if barrier is not None), None)

@@ -49,7 +49,8 @@ def measure(omega, q, reference, step, across, along, runs, row_start, rows, col
     raise_by, lower_by, least_gap, least_reaction = 0.0, 0.0, np.inf, np.inf
     work, energy, natural, size = 0.0, 0.0, 0.0, 0.0
     bounded = True
-    # Products with these are off by three roundings at most, which the caller's factor covers.
+    # A product with a reciprocal is off by a few roundings, which the caller's factor covers; the reciprocal of a
+    # subnormal number overflows, and then nothing is proven.
     per_s, per_diagonal = 1.0 / s, 0.5 / (across + along)
     for run in range(row_start[lo], row_start[hi]):
         i, first, last, node = runs[run, 0], runs[run, 1], runs[run, 2], runs[run, 3]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import fsum
+from math import fsum, inf, nextafter
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from .errors import UnsuitableProblemError
 from .lattice_bounds import LatticeBounds, parabola_of
 from .model import TensionedNet, split
 from .problem import ContactQP
-from .rounding import UNDERFLOW, UNIT_ROUNDOFF, at_most
+from .rounding import UNDERFLOW, UNIT_ROUNDOFF, at_most, growth_bound
 from .sharpening import sharpened
 from .weaker import COMPARISON, EIGENVALUE, weaker_enclosure
 
@@ -115,7 +116,7 @@ class Certificate:
         with np.errstate(over="ignore", invalid="ignore"):
             middle, radius = middle_and_radius(self.lower, self.upper)
             value, error = enclosed_reaction(problem, middle)
-            reach = modulus_times(problem, radius) * (1 + 1e-12) + error
+            reach = modulus_times(problem, radius) * (1 + 2 * growth_bound(problem.stiffness)) + error
             lower, upper = np.nextafter(value - reach, -np.inf), np.nextafter(value + reach, np.inf)
         known = np.isfinite(lower) & np.isfinite(upper)
         lower = np.where(known & ~self.clear, np.maximum(lower, 0.0), 0.0)
@@ -130,19 +131,18 @@ class Certificate:
         a lattice are zero but beside the frame.
         """
         lower, upper = self.reaction
-        low, high = np.nextafter(fsum(lower), -np.inf), np.nextafter(fsum(upper), np.inf)
+        low, high = _sum_below(lower), _sum_above(upper)
         problem = self.problem
-        columns, slack = column_sums(problem)
         with np.errstate(over="ignore", invalid="ignore"):
+            columns, slack = column_sums(problem)
             middle, radius = middle_and_radius(self.lower, self.upper)
             product = columns * middle
             reach = np.abs(columns) * radius + slack * (np.abs(middle) + radius)
-            reach = reach + 4 * UNIT_ROUNDOFF * np.abs(product) + UNDERFLOW
+            reach = (reach + 4 * UNIT_ROUNDOFF * np.abs(product) + UNDERFLOW) * (1 + 16 * UNIT_ROUNDOFF)
         if np.isfinite(product).all() and np.isfinite(reach).all():
-            middle_sum, width = fsum([*problem.q, *product]), fsum(reach) * (1 + 1e-12)
-            low = max(low, np.nextafter(middle_sum - width, -np.inf))
-            high = min(high, np.nextafter(middle_sum + width, np.inf))
-        return Bracket(max(0.0, float(low)), float(high))
+            low = max(low, _sum_below([*problem.q, *product, *-reach]))
+            high = min(high, _sum_above([*problem.q, *product, *reach]))
+        return Bracket(max(0.0, low), high)
 
     def contains(self, gap: ArrayLike) -> bool:
         """Whether ``gap`` lies between the bounds at every node.
@@ -184,6 +184,22 @@ class Certificate:
         )
 
 
+def _sum_below(numbers: Iterable[float]) -> float:
+    """Return a lower bound of the sum, -inf where it overflows on the way."""
+    try:
+        return nextafter(fsum(numbers), -inf)
+    except OverflowError:
+        return -inf
+
+
+def _sum_above(numbers: Iterable[float]) -> float:
+    """Return an upper bound of the sum, inf where it overflows on the way."""
+    try:
+        return nextafter(fsum(numbers), inf)
+    except OverflowError:
+        return inf
+
+
 @np.errstate(over="ignore", invalid="ignore")
 def certify(problem: ContactQP | TensionedNet, gap: ArrayLike, *, effort: Effort | None = None) -> Certificate:
     r"""Enclose the exact solution of ``problem``, given any approximate ``gap`` from any program.
@@ -222,7 +238,8 @@ def certify(problem: ContactQP | TensionedNet, gap: ArrayLike, *, effort: Effort
     UnsuitableProblemError
         If no bound is known: the matrix is no M-matrix and no H-matrix, and too large for a dense factorisation.
     TypeError, ValueError
-        If ``problem`` is no problem, ``gap`` has the wrong shape or is not finite, or ``effort`` is unknown.
+        If ``problem`` is no problem, ``gap`` has the wrong shape or is not finite, or ``effort`` is unknown; or if the
+        matrix turns out not to be positive definite, to rounding.
 
     Examples
     --------
@@ -272,7 +289,16 @@ def sharper(certificate: Certificate, omega: Vector) -> Certificate:
         return certificate
     fall = np.nextafter(omega - certificate.lower, np.inf)
     rise = np.nextafter(certificate.upper - omega, np.inf)
-    return sharp_certificate(certificate.problem, Enclosure(omega, fall, rise, certificate.barrier))
+    found = sharp_certificate(certificate.problem, Enclosure(omega, fall, rise, certificate.barrier))
+    # What the fast one proves, it proves by sums of its own, whose roundings are others.
+    return replace(
+        found,
+        lower=np.fmax(found.lower, certificate.lower),
+        upper=np.fmin(found.upper, certificate.upper),
+        gap_bound=min(found.gap_bound, certificate.gap_bound),
+        contact=found.contact | certificate.contact,
+        clear=found.clear | certificate.clear,
+    )
 
 
 def sharp_certificate(problem: ContactQP, first: Enclosure) -> Certificate:

@@ -270,7 +270,7 @@ def _enclosed(problem: ContactQP, omega: Vector, force: Vector) -> tuple[Vector,
     else:
         product = problem.stiffness.matvec(omega)
         if problem.is_z_matrix and omega.min() >= 0:
-            bound = 2 * problem.stiffness.diagonal() * omega - product
+            bound = problem.stiffness.diagonal() * (2 * omega) - product
         else:
             bound = modulus_times(problem, np.abs(omega))
         bound += np.abs(force)
@@ -283,7 +283,7 @@ def modulus_times(problem: ContactQP, vector: Vector) -> Vector:
     """Return |G| times a vector, for a Z-matrix without a second matrix."""
     stiffness = problem.stiffness
     if isinstance(stiffness, Stencil) or problem.is_z_matrix:
-        return np.asarray(2 * stiffness.diagonal() * vector - stiffness.matvec(vector))
+        return np.asarray(stiffness.diagonal() * (2 * vector) - stiffness.matvec(vector))
     return stiffness.modulus_matvec(vector)
 
 

@@ -46,7 +46,8 @@ def free_set_solver(problem: ContactQP, free: Mask) -> tuple[Callable[[Vector], 
         return None if factors is None else (factors, True)
     if part is not None:
         return _by_multigrid(part), False
-    return _by_conjugate_gradients(_rows_and_columns(problem.G, free)), False
+    solve = _by_conjugate_gradients(_rows_and_columns(problem.G, free))
+    return None if solve is None else (solve, False)
 
 
 def _part(stencil: Stencil, free: Mask) -> Stencil:
@@ -78,7 +79,8 @@ def _by_multigrid(stencil: Stencil) -> Callable[[Vector], Vector]:
     return lambda force: solve_linear(stencil, force, _TOLERANCE)
 
 
-def _by_conjugate_gradients(matrix: csr_array) -> Callable[[Vector], Vector]:
-    from .active_set.amg import preconditioned_solutions
+def _by_conjugate_gradients(matrix: csr_array) -> Callable[[Vector], Vector] | None:
+    from .active_set.amg import conjugate_gradients
 
-    return lambda force: next(preconditioned_solutions(matrix, force, np.ones(force.size), (_TOLERANCE,)))
+    solve = conjugate_gradients(matrix)
+    return None if solve is None else lambda force: solve(force, _TOLERANCE)

@@ -97,6 +97,7 @@ class Verdict:
     relative_bound: float
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def compute_residuals(problem: ContactQP, gap: Vector) -> Residuals:
     """Return the `Residuals` of ``gap``, a finite vector of the problem's size."""
     parabola = parabola_of(problem)
@@ -137,6 +138,7 @@ def _inner(first: Vector, second: Vector) -> float:
 _LEAST_ANSWER = 1e-6
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def answer_scale(problem: ContactQP, gap: Vector) -> float:
     """Return the length that the error of ``gap`` is measured by: the gap scale, but not more than the answer's own.
 

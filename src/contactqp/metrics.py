@@ -31,6 +31,7 @@ class Truth:
         """Largest upper - lower over the nodes (length)."""
         return float((self.upper - self.lower).max())
 
+    @np.errstate(over="ignore", invalid="ignore")
     def error(self, gap: Vector) -> tuple[float, float]:
         """Return two lengths between which max|ω_i - ω*_i| of an answer certainly lies.
 

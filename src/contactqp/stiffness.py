@@ -165,7 +165,7 @@ def _symmetric(matrix: csr_array) -> csr_array:
             f"G must be symmetric, but G[{i}, {j}] = {matrix[i, j]:g} and G[{j}, {i}] = {matrix[j, i]:g}; "
             "pass (G + G.T) / 2 if that is what you mean"
         )
-    average = ((matrix + matrix.T) / 2).tocsr()
+    average = (matrix / 2 + matrix.T / 2).tocsr()
     average.sort_indices()
     return average
 

@@ -67,9 +67,18 @@ def weaker_enclosure(problem: ContactQP, answer: Vector) -> Enclosure | None:
     free = (base != 0) | ~problem.supported
     out_of_balance = np.where(free, np.abs(reaction), np.maximum(0.0, -reaction)) + error
     with np.errstate(over="ignore"):
-        norm = float(np.linalg.norm(out_of_balance * units)) * (1 + gamma(problem.size + 8)) + UNDERFLOW
+        norm = _norm(out_of_balance * units) * (1 + gamma(problem.size + 8)) + UNDERFLOW
         reach = (norm / value) * units * (1 + 8 * UNIT_ROUNDOFF) + UNDERFLOW
     return _about(problem, answer, base, reach, EIGENVALUE)
+
+
+def _norm(vector: Vector) -> float:
+    """Return the Euclidean norm; scaled by a power of two first, because squares under- and overflow."""
+    largest = float(np.abs(vector).max())
+    if not 0 < largest < np.inf:
+        return largest
+    exponent = int(np.frexp(largest)[1])
+    return float(np.ldexp(np.linalg.norm(np.ldexp(vector, -exponent)), exponent))
 
 
 def _about(problem: ContactQP, answer: Vector, base: Vector, reach: Vector, kind: str) -> Enclosure:

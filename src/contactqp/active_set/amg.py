@@ -6,7 +6,7 @@ backwards after the coarse correction is symmetric, as conjugate gradients want 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,35 +26,37 @@ _COARSEST = 400
 _MOST_LEVELS = 25
 
 _POWER_STEPS = 6
+_MOST_ITERATIONS = 400
 
 
-def preconditioned_solutions(
-    matrix: csr_array, force: Vector, candidate: Vector, tolerances: tuple[float, ...]
-) -> Iterator[Vector]:
-    """Return solutions by conjugate gradients with smoothed aggregation, to each of the tolerances.
+def conjugate_gradients(matrix: csr_array, candidate: Vector | None = None) -> Callable[[Vector, float], Vector] | None:
+    """Return a function that solves with a matrix by conjugate gradients with smoothed aggregation.
 
     Parameters
     ----------
     matrix : csr_array, shape (n, n)
-        Symmetric positive definite; its column numbers are put into order.
-    force : array, shape (n,)
-    candidate : array, shape (n,)
+        Symmetric; its column numbers are put into order.
+    candidate : array, shape (n,), optional
         See `Amg`.
-    tolerances : tuple of float
-        Residuals relative to the force, in the Euclidean norm.
 
-    Raises
-    ------
-    scipy.linalg.LinAlgError
-        If the matrix turns out not to be positive definite.
+    Returns
+    -------
+    callable or None
+        Of a right-hand side and a tolerance of the residual relative to it, in the Euclidean norm; None if the matrix
+        turns out not to be positive definite.
     """
+    from scipy.linalg import LinAlgError
     from scipy.sparse import linalg
 
     matrix.sort_indices()
-    amg = Amg(matrix, candidate)
+    try:
+        amg = Amg(matrix, candidate)
+    except LinAlgError:
+        return None
     preconditioner = linalg.LinearOperator(matrix.shape, matvec=lambda y: amg.cycle(np.ravel(y)), dtype=np.float64)
-    for tolerance in tolerances:
-        yield linalg.cg(matrix, force, rtol=tolerance, maxiter=400, M=preconditioner)[0]
+    return lambda right, tolerance: np.asarray(
+        linalg.cg(matrix, right, rtol=tolerance, maxiter=_MOST_ITERATIONS, M=preconditioner)[0]
+    )
 
 
 class Level:
