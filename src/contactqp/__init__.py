@@ -8,6 +8,7 @@ from .backends import backend_names
 from .cable import Cable
 from .certificate import Certificate, certify
 from .compare import Comparison, compare
+from .energy import complementary_energy, energy_bracket, feasible, potential_energy
 from .errors import (
     CaseFileError,
     ContactWarning,
@@ -16,14 +17,17 @@ from .errors import (
     UnknownBackendError,
     UnsuitableProblemError,
 )
+from .events import Events, events
 from .frame import Frame
 from .judge import Residuals, Status
 from .lattice import Lattice
 from .membrane import Membrane
+from .path import LoadPath, trace
 from .problem import ContactQP
 from .solution import Solution
 from .solve import solve
 from .stencil import Stencil
+from .touchdown import Touchdown
 
 __version__ = "0.1.0"
 
@@ -34,8 +38,10 @@ __all__ = [
     "Comparison",
     "ContactQP",
     "ContactWarning",
+    "Events",
     "Frame",
     "Lattice",
+    "LoadPath",
     "Membrane",
     "MissingBackendError",
     "NotCertifiedError",
@@ -43,12 +49,19 @@ __all__ = [
     "Solution",
     "Status",
     "Stencil",
+    "Touchdown",
     "UnknownBackendError",
     "UnsuitableProblemError",
     "backend_names",
     "certify",
     "compare",
+    "complementary_energy",
+    "energy_bracket",
+    "events",
+    "feasible",
     "gallery",
+    "potential_energy",
     "profiles",
     "solve",
+    "trace",
 ]

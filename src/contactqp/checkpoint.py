@@ -1,0 +1,118 @@
+"""Checkpoint: a NetCDF file that keeps the answers of a load path that is not finished yet."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ._checks import Vector
+from .judge import judge
+from .model import TensionedNet
+from .solution import Solution
+from .tolerances import tolerance_of
+from .variation import VARIED
+
+
+class Checkpoint:
+    """What has been done of a path, in a file.
+
+    Parameters
+    ----------
+    path : Path
+        It is made if it is missing.
+    model : Membrane or Cable
+    parameter, backend : str
+        See `trace`.
+
+    Raises
+    ------
+    ValueError
+        If the file belongs to another path, or is no checkpoint, or its folder is missing.
+    """
+
+    def __init__(self, path: Path, model: TensionedNet, parameter: str, backend: str) -> None:
+        self._path, self._model, self._parameter, self._backend = path, model, parameter, backend
+        if not path.parent.is_dir():
+            raise ValueError(f"cannot write the checkpoint {path}: there is no folder {path.parent}; make it first")
+        self._mark = _mark(model, parameter, backend)
+
+    def restored(self, values: Vector, tol: float | str) -> list[tuple[Solution, int]]:
+        """Return the solutions that the file holds of a path's first values, judged anew, and their cold iterations."""
+        import xarray as xr
+
+        if not self._path.exists():
+            return []
+        try:
+            with xr.open_dataset(self._path, engine="netcdf4") as file:
+                data = file.load()
+        except OSError as error:
+            raise ValueError(f"{self._path} is no checkpoint ({error}); remove it or name another file") from None
+        if data.attrs.get("mark") != self._mark:
+            raise ValueError(
+                f"the checkpoint {self._path} belongs to another model, parameter or backend; remove it or name another"
+            )
+        kept = data["value"].to_numpy()
+        same = min(kept.size, values.size)
+        differing = np.flatnonzero(kept[:same] != values[:same])
+        count = int(differing[0]) if differing.size else same
+        return [self._solution(data.isel(step=k), float(values[k]), tol) for k in range(count)]
+
+    def keep(self, values: Vector, solutions: list[Solution], cold_iterations: list[int]) -> None:
+        """Write all that is done, and replace the file as a whole."""
+        import xarray as xr
+
+        columns: dict[str, Any] = {
+            "value": ("step", values),
+            "gap": (("step", "node"), np.array([solution.gap for solution in solutions])),
+            "cold_iterations": ("step", np.array(cold_iterations)),
+        }
+        for name in ("iterations", "setup_seconds", "solve_seconds", "seconds"):
+            columns[name] = ("step", np.array([getattr(solution, name) for solution in solutions]))
+        columns["termination"] = ("step", np.array([solution.termination for solution in solutions], dtype=object))
+        unit = solutions[0].iteration_unit
+        data = xr.Dataset(columns, attrs={"mark": self._mark, "backend": self._backend, "iteration_unit": unit})
+        unfinished = self._path.with_name(f".{self._path.name}.{os.getpid()}.part")
+        try:
+            data.to_netcdf(unfinished, engine="netcdf4")
+            unfinished.replace(self._path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+
+    def _solution(self, step: Any, value: float, tol: float | str) -> tuple[Solution, int]:
+        model = VARIED[self._parameter](self._model, value)
+        problem, gap, wanted = model.problem, step["gap"].to_numpy(), tolerance_of(tol)
+        verdict = judge(problem, gap, wanted.tol)
+        solution = Solution(
+            problem=problem,
+            model=model,
+            backend=self._backend,
+            note=f"restored from {self._path.name}",
+            gap=gap,
+            tol=wanted.tol,
+            status=verdict.status,
+            residuals=verdict.residuals,
+            first_certificate=verdict.certificate,
+            first_relative_bound=verdict.relative_bound,
+            termination=str(step["termination"].item()),
+            iterations=int(step["iterations"]),
+            iteration_unit=str(step.attrs["iteration_unit"]),
+            setup_seconds=float(step["setup_seconds"]),
+            solve_seconds=float(step["solve_seconds"]),
+            seconds=float(step["seconds"]),
+            setting=wanted.setting,
+        )
+        return solution, int(step["cold_iterations"])
+
+
+def _mark(model: TensionedNet, parameter: str, backend: str) -> str:
+    """Return a fingerprint of what a path is made of."""
+    digest = hashlib.sha256(f"{parameter} {backend} {model!r}".encode())
+    problem = model.problem
+    stencil = model.stencil
+    for data in (stencil.mask, stencil.horizontal, stencil.vertical, problem.q, model.load, model.support):
+        digest.update(np.ascontiguousarray(data).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,99 @@
+"""Pictures of load paths and of touchdown loads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .plotting import BLUE, CLEAR, CONTACT, GROUND, INK, draw_frame_outline, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .path import LoadPath
+    from .touchdown import Touchdown
+
+_NAMES = {"load": "load factor", "tension": "tension", "lift": "lift of the support"}
+
+
+def plot_path(path: LoadPath) -> Figure:
+    """Draw contact fraction, total reaction, largest deflection and iterations against the parameter."""
+    order = np.argsort(path.values)
+    value = path.values[order]
+    figure = new_figure(10, 6)
+    axes = figure.subplots(2, 2, sharex=True)
+    middle = np.array([0.5 * (bracket.lower + bracket.upper) for bracket in path.total_reaction])
+    for place, values, label, colour in (
+        (axes[0, 0], path.contact_fraction, "nodes in contact, fraction", CONTACT),
+        (axes[0, 1], middle, "total reaction", CONTACT),
+        (axes[1, 0], path.max_deflection, "largest deflection", BLUE),
+    ):
+        place.plot(value, values[order], "o-", ms=4, lw=1.4, color=colour)
+        place.set(ylabel=label)
+        place.set_ylim(bottom=min(0.0, float(np.min(values))))
+    work = axes[1, 1]
+    iterations = np.array([solution.iterations for solution in path.solutions])
+    work.plot(value, iterations[order], "o-", ms=4, lw=1.4, color=INK, label="from the answer before")
+    if path.cold_iterations is not None:
+        cold = np.array(path.cold_iterations)[order]
+        work.plot(value, cold, "o--", ms=4, lw=1.2, color=GROUND, label="from a cold start")
+        work.legend(frameon=False, fontsize="small")
+    unit = path.solutions[0].iteration_unit
+    work.set(ylabel=f"{unit}s of {path.solutions[0].backend}")
+    work.set_ylim(bottom=0)
+    for place in axes[1]:
+        place.set_xlabel(_NAMES[path.parameter])
+    for place in axes.flat:
+        tidy(place)
+    figure.suptitle("; ".join(path.findings) or f"{len(path.values)} {path.parameter}s, no violation of monotonicity")
+    return figure
+
+
+def plot_touchdown(touchdown: Touchdown) -> Figure:
+    """Draw at which load each node settles: on a membrane a map, on a cable loads along x."""
+    model = touchdown.model
+    if model.is_line:
+        return _along_a_cable(touchdown)
+    lattice = model.lattice
+    height = float(np.clip(6.5 * lattice.shape[0] / lattice.shape[1], 3.5, 7.0))
+    figure = new_figure(8.5, height + 1.3)
+    axes = figure.subplots()
+    early = np.isinf(touchdown.clear) & np.isfinite(touchdown.contact)
+    never = np.isinf(touchdown.contact)
+    grid = np.ma.masked_invalid(lattice.scatter(touchdown.load))
+    picture = axes.pcolormesh(lattice.x, lattice.y, grid, cmap="viridis", shading="nearest", rasterized=True)
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    handles: list[Any] = []
+    for chosen, colour, label in (
+        (early, CONTACT, f"in contact at {touchdown.loads[0]:g} ({np.count_nonzero(early)})"),
+        (never, CLEAR, f"not certainly in contact at {touchdown.loads[-1]:g} ({np.count_nonzero(never)})"),
+    ):
+        if chosen.any():
+            mask = np.ma.masked_equal(lattice.scatter(chosen.astype(float), fill=0.0), 0.0)
+            axes.pcolormesh(
+                lattice.x, lattice.y, mask, cmap=ListedColormap([colour]), shading="nearest", rasterized=True
+            )
+            handles.append(Patch(color=colour, label=label))
+    draw_frame_outline(axes, model)
+    figure.colorbar(picture, ax=axes, label="load factor at which the node settles", shrink=0.85)
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
+    known = f", known to {touchdown.width:.2g}" if touchdown.width else ""
+    axes.set(aspect="equal", xlabel="x", ylabel="y", title=f"Touchdown loads{known}")
+    tidy(axes)
+    return figure
+
+
+def _along_a_cable(touchdown: Touchdown) -> Figure:
+    figure = new_figure(9, 4)
+    axes = figure.subplots()
+    x = touchdown.model.lattice.node_x
+    closed = np.isfinite(touchdown.load)
+    axes.vlines(x[closed], touchdown.clear[closed], touchdown.contact[closed], color=GROUND, lw=2)
+    axes.plot(x[closed], touchdown.load[closed], ".", color=CONTACT, ms=5)
+    axes.set(xlabel="x", ylabel="load factor", title=f"Touchdown loads, known to {touchdown.width:.2g}")
+    tidy(axes)
+    return figure
