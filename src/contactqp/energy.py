@@ -47,8 +47,8 @@ def potential_energy(problem: ContactQP | TensionedNet, gap: ArrayLike) -> float
     --------
     >>> import contactqp as cq
     >>> problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
-    >>> potential_energy(problem, [0.5, 0.0]), potential_energy(problem, [0.4, 0.1])
-    (-0.25, 0.03)
+    >>> potential_energy(problem, [0.5, 0.0]), potential_energy(problem, [0.5, 0.5])
+    (-0.25, 1.25)
     """
     return split(problem)[1].objective(gap)
 

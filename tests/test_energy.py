@@ -1,0 +1,92 @@
+"""Extremum properties of the solution."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import enumerate_solution, problems
+
+import contactqp as cq
+
+
+@given(problem=problems(max_size=7), seed=st.integers(0, 2**32 - 1))
+def test_energies_bracket_that_of_the_solution(problem, seed):
+    exact = enumerate_solution(problem)
+    reaction = np.where(problem.supported, np.maximum(problem.reaction(exact), 0.0), 0.0)
+    energy = cq.potential_energy(problem, exact)
+    size = 1e-9 * (1 + abs(energy))
+    assert cq.complementary_energy(problem, reaction) == pytest.approx(-energy, abs=size)
+    rng = np.random.default_rng(seed)
+    gap = np.where(problem.supported, np.abs(exact + rng.normal(size=exact.size)), rng.normal(size=exact.size))
+    force = np.where(problem.supported, np.abs(reaction + rng.normal(size=exact.size)), 0.0)
+    assert cq.potential_energy(problem, gap) >= energy - size
+    assert -cq.complementary_energy(problem, force) <= energy + size
+    low, high = cq.energy_bracket(problem, exact + rng.normal(size=exact.size))
+    assert low - size <= energy <= high + size
+
+
+def test_the_duality_gap_is_the_work_of_gap_and_reaction():
+    """E(ω) + E_c(R) = ωᵀR where R = Gω + q."""
+    problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+    gap = np.array([1.0, 0.25])
+    reaction = problem.reaction(gap)
+    total = cq.potential_energy(problem, gap) + cq.complementary_energy(problem, reaction)
+    assert total == pytest.approx(gap @ reaction)
+
+
+@pytest.mark.parametrize("model", [cq.gallery.paper_hexagon(), cq.gallery.bowl(70)], ids=repr)
+def test_energies_of_models(model):
+    """Small ones by factors, large ones by multigrid."""
+    solution = cq.solve(model, tol=1e-9)
+    low, high = cq.energy_bracket(model, solution.gap)
+    assert high == pytest.approx(solution.residuals.objective, rel=1e-12)
+    assert 0 <= high - low + 1e-9 * abs(high) <= 1e-8 * abs(high)
+    rough = cq.energy_bracket(model, solution.gap * 1.01)
+    assert rough.lower < low + 1e-9 * abs(low)
+    assert rough.upper > high
+
+
+@given(problem=problems(max_size=7), seed=st.integers(0, 2**32 - 1))
+def test_the_solution_is_the_least_feasible_gap(problem, seed):
+    """Feasible gaps are made from the barrier; the least of two of them is feasible as well."""
+    exact = enumerate_solution(problem)
+    rng = np.random.default_rng(seed)
+    room = 1e-9 * (1 + np.abs(exact).max())
+    assert cq.feasible(problem, exact, room).all()
+    v = problem.barrier.v
+    shifts = [exact + v * rng.exponential() for _ in range(2)]
+    for gap in shifts:
+        assert cq.feasible(problem, gap, room).all()
+    assert cq.feasible(problem, np.minimum(*shifts), room).all()
+    below = exact.copy()
+    below[rng.integers(exact.size)] -= 1e-3 * (1 + np.abs(exact).max())
+    assert not cq.feasible(problem, below).all()
+
+
+@given(problem=problems(max_size=6), seed=st.integers(0, 2**32 - 1))
+def test_every_positive_cost_finds_the_solution_of_the_quadratic_program(problem, seed):
+    exact = enumerate_solution(problem)
+    cost = np.random.default_rng(seed).uniform(0.1, 10.0, problem.size)
+    found = cq.solve(problem, "mangasarian", cost=cost, on_failure="ignore").gap
+    np.testing.assert_allclose(found, exact, atol=1e-5 * (1 + np.abs(exact).max()))
+
+
+def test_the_deflection_is_the_largest_among_subsolutions():
+    """Of all w ≤ f with Gw ≤ P: any other than the solution's lies below it, and another load's does not pass."""
+    membrane = cq.gallery.paper_hexagon(0.03)
+    solution = cq.solve(membrane, tol=1e-10)
+    lighter = cq.solve(cq.gallery.paper_hexagon(0.02), tol=1e-10)
+    heavier = cq.solve(cq.gallery.paper_hexagon(0.04), tol=1e-10)
+    assert cq.feasible(membrane, lighter.gap, 1e-9).all()
+    assert (lighter.deflection <= solution.deflection + 1e-9).all()
+    assert not cq.feasible(membrane, heavier.gap, 1e-9).all()
+
+
+def test_arguments_are_checked():
+    problem = cq.ContactQP([[2.0]], [-1.0])
+    with pytest.raises(ValueError, match=r"gap must have shape \(1,\)"):
+        cq.potential_energy(problem, [1.0, 2.0])
+    with pytest.raises(ValueError, match="reaction must be finite"):
+        cq.complementary_energy(problem, [np.inf])
+    with pytest.raises(TypeError, match="problem must be a Membrane, a Cable or a ContactQP"):
+        cq.energy_bracket(3, [1.0])

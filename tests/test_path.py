@@ -1,0 +1,179 @@
+"""Load paths: monotone contact, warm starts, checkpoints, touchdown loads."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+import contactqp as cq
+from contactqp import path as path_module
+from contactqp.variation import with_lift, with_load, with_tension
+
+HEXAGON = cq.gallery.paper_hexagon(1.0)
+CONTACT = [105, 225, 303, 553, 711, 847, 925, 971, 1033, 1107]
+
+
+@pytest.fixture(scope="module")
+def traced():
+    return cq.trace(HEXAGON, loads=cq.gallery.PAPER_LOADS, backend="psor", cold=True)
+
+
+def test_contact_only_grows_under_a_growing_load(traced):
+    frame = traced.to_frame()
+    assert frame["contact"].tolist() == CONTACT
+    assert (frame["status"] == "certified").all()
+    assert traced.monotone
+    assert traced.promised
+    assert (np.diff(traced.max_deflection) >= -1e-9).all()
+    assert (frame["total_reaction_lower"] <= frame["total_reaction_upper"]).all()
+    assert frame["cold_iterations"].sum() > frame["iterations"].sum()
+    assert frame.index.name == "load"
+    assert repr(traced).endswith("no violation of monotonicity")
+
+
+@pytest.mark.parametrize("backend", ["osqp", "clarabel", "multigrid", "active-set"])
+def test_all_backends_find_the_same_contact_sets(traced, backend):
+    other = cq.trace(HEXAGON, loads=cq.gallery.PAPER_LOADS, backend=backend, tol=1e-8)
+    for one, two in zip(traced.solutions, other.solutions, strict=True):
+        np.testing.assert_array_equal(one.contact, two.contact)
+
+
+@pytest.mark.slow
+def test_the_linear_program_finds_them_too(traced):
+    other = cq.trace(HEXAGON, loads=cq.gallery.PAPER_LOADS, backend="mangasarian")
+    assert other.to_frame()["contact"].tolist() == CONTACT
+
+
+def test_fields_are_on_the_net_and_the_load(traced):
+    data = traced.to_dataset()
+    assert data["gap"].dims == ("load", "y", "x")
+    assert data["gap"].shape == (10, 49, 65)
+    assert data["contact_fraction"].dims == ("load",)
+    np.testing.assert_allclose(data["active_load"].sel(load=0.03).max(), 0.03)
+    assert data.attrs["parameter"] == "load"
+
+
+def test_tensions_and_lifts_vary_the_model():
+    tensions = cq.trace(cq.gallery.paper_hexagon(1.0), tensions=[10.0, 40.0, 20.0])
+    assert tensions.to_frame()["contact"].tolist() == [1107, 265, 711]
+    assert tensions.monotone
+    lifts = cq.trace(cq.gallery.paper_hexagon(0.03), lifts=[0.0, 0.1])
+    assert lifts.monotone
+    np.testing.assert_allclose(
+        lifts.solutions[1].deflection, cq.solve(with_lift(cq.gallery.paper_hexagon(0.03), 0.1)).deflection, atol=1e-6
+    )
+    assert with_tension(HEXAGON, 2.0).problem.G[0, 0] == 8.0
+    assert HEXAGON.tension == 1.0
+    assert with_load(HEXAGON, 0.5).load[0] == 0.5
+
+
+def test_violations_are_found_where_nothing_is_promised():
+    """P = λ(1, -1) over f = (1, -1/2): node 1 lifts at λ = 3/2 and rises with the load."""
+    cable = cq.Cable(nodes=2, spacing=1.0, tension=1.0, load=[1.0, -1.0], support=[1.0, -0.5])
+    path = cq.trace(cable, loads=[1.0, 2.0, 3.0])
+    assert not path.promised
+    assert not path.monotone
+    assert path.findings[0].startswith("the gap grows between load 1 and 2, by at least 0.17 at node 1")
+    assert path.findings[1].startswith("1 node(s) lift off between load 1 and 2, the first node 1")
+    assert "nothing else was promised" in repr(path)
+    with pytest.raises(ValueError, match="touchdown loads need a load that nowhere pulls upwards"):
+        path.touchdown()
+
+
+def test_an_interrupted_path_is_resumed(tmp_path, monkeypatch):
+    file = tmp_path / "path.nc"
+    calls = []
+
+    def interrupted(model, *args, **kwargs):
+        calls.append(float(model.load[0]))
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return cq.solve(model, *args, **kwargs)
+
+    monkeypatch.setattr(path_module, "solve", interrupted)
+    loads = [0.01, 0.02, 0.03, 0.04]
+    with pytest.raises(KeyboardInterrupt):
+        cq.trace(HEXAGON, loads=loads, checkpoint=file)
+    with xr.open_dataset(file, engine="netcdf4") as kept:
+        assert kept["value"].to_numpy().tolist() == [0.01, 0.02]
+    path = cq.trace(HEXAGON, loads=loads, checkpoint=file)
+    assert calls == [0.01, 0.02, 0.03, 0.03, 0.04]
+    assert path.to_frame()["contact"].tolist() == CONTACT[:4]
+    assert path.solutions[0].note == "restored from path.nc"
+    assert path.to_frame()["iterations"].min() > 0
+    cq.trace(HEXAGON, loads=[0.01, 0.025], checkpoint=file)
+    assert calls[-1] == 0.025
+    assert [file] == list(tmp_path.iterdir())
+
+
+def test_foreign_checkpoints_are_refused(tmp_path):
+    file = tmp_path / "path.nc"
+    cq.trace(HEXAGON, loads=[0.01], checkpoint=file)
+    with pytest.raises(ValueError, match="belongs to another model, parameter or backend"):
+        cq.trace(cq.gallery.paper_hexagon(2.0), loads=[0.01], checkpoint=file)
+    with pytest.raises(ValueError, match="belongs to another"):
+        cq.trace(HEXAGON, loads=[0.01], backend="psor", checkpoint=file)
+    file.write_text("nonsense")
+    with pytest.raises(ValueError, match=r"path\.nc is no checkpoint"):
+        cq.trace(HEXAGON, loads=[0.01], checkpoint=file)
+    with pytest.raises(ValueError, match="there is no folder"):
+        cq.trace(HEXAGON, loads=[0.01], checkpoint=tmp_path / "no" / "path.nc")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({}, ValueError, "give exactly one of loads, tensions and lifts, got none of them"),
+        ({"loads": [1.0], "lifts": [1.0]}, ValueError, "got loads, lifts"),
+        ({"loads": []}, ValueError, "loads must be a sequence of numbers"),
+        ({"loads": [1.0, 1.0]}, ValueError, "must not repeat a value"),
+        ({"loads": [np.nan]}, ValueError, "loads must be finite"),
+        ({"tensions": [0.0]}, ValueError, "tensions must be > 0, got 0"),
+        ({"loads": [1.0], "backend": "ossqp"}, cq.UnknownBackendError, "did you mean 'osqp'"),
+        ({"loads": [1.0], "backend": "psor", "bta": 1}, TypeError, "no option 'bta'"),
+        ({"model": HEXAGON.problem, "loads": [1.0]}, TypeError, "model must be a Membrane or a Cable"),
+    ],
+)
+def test_bad_arguments_say_what_is_wrong(arguments, error, message):
+    with pytest.raises(error, match=message):
+        cq.trace(**({"model": HEXAGON} | arguments))
+
+
+def test_touchdown_brackets_contain_the_exact_events(traced):
+    touchdown = traced.touchdown(width=2e-3)
+    assert touchdown.width <= 2e-3
+    exact = cq.events(HEXAGON, stop=0.1, start=0.01).touchdown
+    settled = np.isfinite(touchdown.load)
+    assert settled.sum() == CONTACT[-1] - CONTACT[0]
+    assert (touchdown.clear[settled] <= exact[settled]).all()
+    assert (exact[settled] <= touchdown.contact[settled]).all()
+    assert np.isnan(exact[np.isinf(touchdown.contact)]).all()
+    assert "1002 nodes settle between them" in repr(touchdown)
+    assert touchdown.to_dataset()["load"].dims == ("y", "x")
+
+
+def test_touchdown_loads_without_bisection_are_those_of_the_path(traced):
+    touchdown = traced.touchdown()
+    assert touchdown.loads.tolist() == list(cq.gallery.PAPER_LOADS)
+    assert touchdown.width == pytest.approx(0.01)
+
+
+def test_touchdown_loads_by_hand():
+    """The three nodes of a cable settle at 1/2, 5 and 7."""
+    cable = cq.Cable(nodes=3, spacing=1.0, tension=1.0, load=1.0, support=[3.0, 1.0, 4.0])
+    touchdown = cq.trace(cable, loads=[0.1, 10.0]).touchdown(width=1e-6)
+    np.testing.assert_allclose(touchdown.load, [5.0, 0.5, 7.0], atol=1e-6)
+    assert isinstance(touchdown.plot(), Figure)
+    with pytest.raises(ValueError, match="this one's parameter is the lift"):
+        cq.trace(cable, lifts=[0.0, 1.0]).touchdown()
+    with pytest.raises(ValueError, match="width must be > 0"):
+        cq.trace(cable, loads=[1.0]).touchdown(width=0.0)
+
+
+def test_paths_are_drawn(traced):
+    figure = traced.plot()
+    assert {axes.get_ylabel() for axes in figure.axes} == {
+        "nodes in contact, fraction", "total reaction", "largest deflection", "sweeps of psor",
+    }  # fmt: skip
+    picture = traced.plot_touchdown()
+    assert "Touchdown loads, known to 0.01" in picture.axes[0].get_title()
