@@ -46,7 +46,12 @@ def test_the_hexagon_example_is_the_gallerys():
 
 @pytest.mark.parametrize(
     ("name", "nodes", "kind"),
-    [("rectangle", 79 * 39, cq.Membrane), ("dome", 1941, cq.Membrane), ("cable", 99, cq.Cable)],
+    [
+        ("rectangle", 79 * 39, cq.Membrane),
+        ("dome", 1941, cq.Membrane),
+        ("cable", 99, cq.Cable),
+        ("pipeline", 399, cq.Cable),
+    ],
 )
 def test_the_other_examples(name, nodes, kind):
     model = load_case(EXAMPLES / f"{name}.toml")
@@ -122,6 +127,37 @@ def test_a_frame_from_a_mask_file_and_a_sampled_cable(case, tmp_path):
     np.savetxt(tmp_path / "bed.csv", np.arange(4.0), delimiter=",")
     cable = 'model = "cable"\nspan = 5\nspacing = 1\ntension = 1\nload = 1\nsupport = {file = "bed.csv"}\n'
     np.testing.assert_array_equal(load_case(case(cable)).support, np.arange(4.0))
+
+
+def test_a_sampled_profile_as_ground_and_for_the_heights_of_the_ends(case, tmp_path):
+    (tmp_path / "bed.csv").write_text("km,z\n0,1.0\n4,3.0\n")
+    section = '{profile = "sampled", file = "bed.csv", x = "km", depth = 1, outside = "hold"}'
+    cable = f'model = "cable"\nspan = 5\nspacing = 1\ntension = 1\nload = 0\nsupport = {section}\n'
+    np.testing.assert_array_equal(load_case(case(cable)).support, [1.5, 2.0, 2.5, 3.0])
+    on_ground = load_case(case(cable + f"frame_height = {section}\n"))
+    np.testing.assert_array_equal(on_ground.problem.q, [0.0, 0.0, 0.0, -0.5])
+    smooth = load_case(case(cable.replace("depth = 1", 'depth = "z", interpolation = "pchip"')))
+    np.testing.assert_allclose(smooth.support, [1.5, 2.0, 2.5, 3.0])
+    slanted = load_case(case(frame_height='{profile = "plane", depth = 0.0, slope_x = 0.1}'))
+    expected = cq.Membrane(slanted.lattice, 1.0, 2.0, 0.3, frame_height=cq.profiles.Plane(0.0, 0.1))
+    np.testing.assert_array_equal(slanted.problem.q, expected.problem.q)
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ('{profile = "sampled", file = "none.csv"}', r"support.file = 'none.csv': there is no file .*none.csv"),
+        ('{profile = "sampled", file = "bed.csv"}', r"support: .*bed.csv, line 3: depth is 'deep', which is no number"),
+        ('{profile = "sampled", file = "bed.csv", depth = "z"}', r"no column 'z'; it has x, depth"),
+        ('{profile = "sampled", file = "bed.csv", outside = "go on"}', r"support.outside: input should be 'error'"),
+        ('{profile = "sampled", file = "good.csv"}', r"x = .* lies outside the samples, which go from 0 to 0.1"),
+    ],
+)
+def test_bad_sampled_profiles_name_file_key_and_value(case, tmp_path, section, message):
+    (tmp_path / "bed.csv").write_text("x,depth\n0,1\n1,deep\n")
+    (tmp_path / "good.csv").write_text("x,depth\n0,1\n0.1,2\n")
+    with pytest.raises(cq.CaseFileError, match=rf"(?s)case.toml:.*{message}"):
+        load_case(case(support=section))
 
 
 @pytest.mark.parametrize(

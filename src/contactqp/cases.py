@@ -22,6 +22,7 @@ Finite: TypeAlias = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 Ordinate: TypeAlias = Annotated[float, Field(strict=True)]
 Point: TypeAlias = tuple[Finite, Finite]
 Corners: TypeAlias = Annotated[list[Point], Field(min_length=3)]
+Column: TypeAlias = str | Annotated[int, Field(ge=0, strict=True)]
 
 
 class _Section(BaseModel):
@@ -157,8 +158,26 @@ class HillAndFloorSection(_Section):
     scale: Positive = 1.0
 
 
+class SampledSection(_Section):
+    """``profile = "sampled"``: two columns of a CSV file, see `profiles.Sampled.from_csv`."""
+
+    profile: Literal["sampled"]
+    file: str
+    x: Column = "x"
+    depth: Column = "depth"
+    delimiter: Annotated[str, Field(min_length=1, max_length=1)] = ","
+    interpolation: Literal["linear", "pchip"] = "linear"
+    outside: Literal["error", "hold", "none"] = "error"
+
+
 ProfileSection: TypeAlias = Annotated[
-    PlaneSection | ParaboloidSection | ConeSection | CylinderSection | HemisphereSection | HillAndFloorSection,
+    PlaneSection
+    | ParaboloidSection
+    | ConeSection
+    | CylinderSection
+    | HemisphereSection
+    | HillAndFloorSection
+    | SampledSection,
     Field(discriminator="profile"),
 ]
 
@@ -169,6 +188,7 @@ _PROFILES: dict[str, Any] = {
     "cylinder": profiles.Cylinder,
     "hemisphere": profiles.Hemisphere,
     "hill-and-floor": profiles.HillAndFloor,
+    "sampled": profiles.Sampled.from_csv,
 }
 
 
@@ -183,7 +203,7 @@ class MembraneCase(_Section):
     tension: Positive
     load: Finite | DataFile
     support: Ordinate | DataFile | ProfileSection
-    frame_height: Finite = 0.0
+    frame_height: Finite | ProfileSection = 0.0
 
 
 class CableCase(_Section):
@@ -197,7 +217,7 @@ class CableCase(_Section):
     tension: Positive
     load: Finite | DataFile
     support: Ordinate | DataFile | ProfileSection
-    frame_height: Finite = 0.0
+    frame_height: Finite | ProfileSection = 0.0
 
 
 def load_case(path: str | Path) -> Membrane | Cable:
@@ -258,7 +278,7 @@ def _membrane(case: MembraneCase, path: Path) -> Membrane:
         tension=case.tension,
         load=_field(case.load, "load", lattice, path),
         support=_field(case.support, "support", lattice, path),
-        frame_height=case.frame_height,
+        frame_height=_field(case.frame_height, "frame_height", lattice, path),
     )
 
 
@@ -270,7 +290,7 @@ def _cable(case: CableCase, path: Path) -> Cable:
         tension=case.tension,
         load=_field(case.load, "load", probe.lattice, path),
         support=_field(case.support, "support", probe.lattice, path),
-        frame_height=case.frame_height,
+        frame_height=_field(case.frame_height, "frame_height", probe.lattice, path),
         start=case.start,
     )
 
@@ -291,14 +311,25 @@ def _field(value: Any, key: str, lattice: Lattice, path: Path) -> Any:
             grid = _resampled(grid, lattice)
         return value.offset + value.factor * grid
     parameters = value.model_dump(exclude={"profile"})
-    return _PROFILES[value.profile](**parameters)
+    if isinstance(value, SampledSection):
+        parameters["path"] = _existing(path, f"{key}.file", parameters.pop("file"))
+    try:
+        return _PROFILES[value.profile](**parameters)
+    except (ValueError, OSError) as error:
+        raise CaseFileError(f"{path}: {key}: {error}") from None
+
+
+def _existing(case_path: Path, key: str, name: str) -> Path:
+    """Return the path of a file that a case names relative to its own folder."""
+    file = case_path.parent / name
+    if not file.is_file():
+        raise CaseFileError(f"{case_path}: {key} = {name!r}: there is no file {file}")
+    return file
 
 
 def _read(case_path: Path, key: str, name: str, entry: str | None) -> NDArray[np.float64]:
-    file = case_path.parent / name
+    file = _existing(case_path, key, name)
     where = f"{case_path}: {key} = {name!r}"
-    if not file.is_file():
-        raise CaseFileError(f"{where}: there is no file {file}")
     try:
         match file.suffix.lower():
             case ".npy":

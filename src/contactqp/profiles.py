@@ -14,6 +14,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._checks import finite_number, one_of, positive_number
+from .sampled import Sampled
+
+__all__ = [
+    "Cone",
+    "Cylinder",
+    "Hemisphere",
+    "HillAndFloor",
+    "Paraboloid",
+    "Plane",
+    "Sampled",
+    "Uppermost",
+]
 
 _Array = NDArray[np.float64]
 
