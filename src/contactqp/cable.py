@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ._checks import finite_number, integer_at_least, positive_number
 from .lattice import Lattice
 from .model import TensionedNet
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .solution import Solution
 
 
 class Cable(TensionedNet):
@@ -41,6 +46,11 @@ class Cable(TensionedNet):
     TypeError, ValueError
         If an argument has the wrong kind, shape or range; the message names it.
 
+    Attributes
+    ----------
+    start : float
+        Abscissa of the left end (length).
+
     Examples
     --------
     >>> import contactqp as cq
@@ -68,7 +78,7 @@ class Cable(TensionedNet):
     ) -> None:
         spacing = positive_number(spacing, "spacing")
         tension = positive_number(tension, "tension")
-        start = finite_number(start, "start")
+        self.start = start = finite_number(start, "start")
         count = _node_count(span, nodes, spacing)
         lattice = Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
         load, support, frame_height = (_along_x(field) for field in (load, support, frame_height))
@@ -78,6 +88,55 @@ class Cable(TensionedNet):
     def span(self) -> float:
         """Distance of the ends (length)."""
         return self.lattice.spacing * (self.lattice.size + 1)
+
+    def spans(self, solution: Solution) -> pd.DataFrame:
+        """Return the cable's free spans and contact stretches in turn, from the left end to the right.
+
+        A touchdown lies somewhere between a node in contact and a free one beside it, and is reported at the node in
+        contact: a contact stretch goes from its first node to its last one, and a free span, which has one free node
+        or more, from node in contact to node in contact, or to the cable's end. So the rows meet; only where a node in
+        contact is next to the cable's end, nothing is told of the arm between them.
+
+        Parameters
+        ----------
+        solution : Solution
+            An answer for this cable, by any backend.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row each, with the columns
+
+            * kind: "free" or "contact", by ``solution.contact``;
+            * start, end, length: abscissae of the row's ends, and their distance (length); a point contact has none;
+            * nodes: how many are free (in contact);
+            * largest_gap, largest_gap_at: of the nodes over a support, and its abscissa (length); nan in contact;
+            * sag: how far a free span hangs below the chord of its ends at most (length); nan in contact;
+            * largest_slope: of the arms between start and end, without sign; nan for a point contact;
+            * reaction: the sum of R over the nodes in contact, at a point contact that of the one (force);
+            * reaction_lower, reaction_upper: bounds of the true sum (force); nan without a certificate;
+            * certain: whether the certificate proves both ends: the outermost nodes of the row, and the nodes beyond
+              them, are as told;
+            * undecided: how many nodes of the row may be either; all without a certificate.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no solution, of another model, or holds no finite answer.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> cable, _ = cq.gallery.cable_on_floor(nodes=19, contact_starts_after=4)
+        >>> cable.spans(cq.solve(cable))[["kind", "start", "end", "sag", "reaction", "certain"]].round(9)
+              kind  start   end  sag  reaction  certain
+        0     free    0.0   4.0  2.0       0.0     True
+        1  contact    4.0  16.0  NaN      12.0     True
+        2     free   16.0  20.0  2.0       0.0     True
+        """
+        from .spans import spans_of
+
+        return spans_of(self, solution)
 
 
 def _node_count(span: float | None, nodes: int | None, spacing: float) -> int:
