@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from contactqp._checks import Mask
     from contactqp.compare import Comparison
     from contactqp.judge import Verdict
-    from contactqp.model import TensionedNet
+    from contactqp.model import ContactModel
     from contactqp.problem import ContactQP
 
 DEFAULT_TOL = 1e-6
@@ -129,7 +129,7 @@ def assert_backends_agree(contact_backends: list[str], contact_tol: float) -> Ca
     from contactqp import testing
 
     def check(
-        problem: ContactQP | TensionedNet, backends: Sequence[str] | None = None, *, tol: float = contact_tol
+        problem: ContactQP | ContactModel, backends: Sequence[str] | None = None, *, tol: float = contact_tol
     ) -> Comparison:
         __tracebackhide__ = True
         names = _suitable(contact_backends, problem) if backends is None else backends
@@ -219,14 +219,14 @@ def _chosen_tol(config: pytest.Config) -> float:
     return tol
 
 
-def _suitable(names: Sequence[str], problem: ContactQP | TensionedNet) -> Sequence[str]:
+def _suitable(names: Sequence[str], problem: ContactQP | ContactModel) -> Sequence[str]:
     """Return those of the backends that suit the problem; all if none does, so that each tells why."""
     from contactqp.backends import get_backend
     from contactqp.errors import UnsuitableProblemError
-    from contactqp.model import TensionedNet
+    from contactqp.model import ContactModel
     from contactqp.problem import ContactQP
 
-    algebra = problem.problem if isinstance(problem, TensionedNet) else problem
+    algebra = problem.problem if isinstance(problem, ContactModel) else problem
     if not isinstance(algebra, ContactQP):
         return names
 

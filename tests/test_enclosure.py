@@ -284,7 +284,7 @@ def test_solutions_bracket_contact_area_and_total_reaction():
     assert solution.total_reaction.upper - solution.total_reaction.lower < 1e-9
     bare = cq.solve(membrane.problem, "clarabel", tol=1e-8)
     assert bare.total_reaction == solution.total_reaction
-    with pytest.raises(AttributeError, match="contact_area needs a Membrane or a Cable"):
+    with pytest.raises(AttributeError, match="contact_area needs a Membrane, a Cable or a CableNet"):
         _ = bare.contact_area
 
 
@@ -306,9 +306,11 @@ def test_models_are_certified_and_drawn():
     assert legend[2] == f"undecided ({certificate.undecided.sum()})"
     cable, exact = cq.gallery.cable_on_floor(9, 2)
     assert cq.certify(cable, cable.support - exact).plot().axes
-    with pytest.raises(AttributeError, match="plot needs a Membrane or a Cable; this certificate is of a bare"):
+    with pytest.raises(
+        AttributeError, match="plot needs a Membrane, a Cable or a CableNet; this certificate is of a bare"
+    ):
         cq.certify(membrane.problem, rough).plot()
-    with pytest.raises(TypeError, match="problem must be a Membrane, a Cable or a ContactQP, got int"):
+    with pytest.raises(TypeError, match="problem must be a Membrane, a Cable, a CableNet or a ContactQP, got int"):
         cq.certify(7, rough)
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from strategies import enumerate_solution, lattice_masks, problems
 
 import contactqp as cq
-from contactqp.metrics import Truth, boundary_distance, contact_jaccard, free_boundary, intersection
+from contactqp.metrics import Truth, boundary_distance, contact_jaccard, intersection
 
 
 @given(problems(), st.integers(0, 2**32 - 1))
@@ -76,7 +76,7 @@ def test_the_free_boundary_against_plain_loops(mask, seed):
         for neighbour in ((x + 0.5, y), (x, y + 0.5)):
             if neighbour in place and contact[k] != contact[place[neighbour]]:
                 expected.add(((x + neighbour[0]) / 2, (y + neighbour[1]) / 2))
-    found = free_boundary(lattice, contact)
+    found = lattice.free_boundary(contact)
     assert found.shape == (len(expected), 2)
     assert set(map(tuple, found)) == expected
 

@@ -6,6 +6,7 @@ PYTEST_DONT_REWRITE: pytest marks all that a wheel with a plugin holds, and warn
 from . import gallery, profiles
 from .backends import backend_names
 from .cable import Cable
+from .cable_net import CableNet
 from .certificate import Certificate, certify
 from .compare import Comparison, compare
 from .energy import complementary_energy, energy_bracket, feasible, potential_energy
@@ -33,6 +34,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Cable",
+    "CableNet",
     "CaseFileError",
     "Certificate",
     "Comparison",

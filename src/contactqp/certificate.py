@@ -25,7 +25,7 @@ from .enclosure import (
 )
 from .errors import UnsuitableProblemError
 from .lattice_bounds import LatticeBounds, parabola_of
-from .model import TensionedNet, split
+from .model import ContactModel, split
 from .problem import ContactQP
 from .rounding import UNDERFLOW, UNIT_ROUNDOFF, at_most, growth_bound
 from .sharpening import sharpened
@@ -60,7 +60,7 @@ class Certificate:
     ----------
     problem : ContactQP
         The problem.
-    model : Membrane, Cable or None
+    model : Membrane, Cable, CableNet or None
         What it comes from, if that was certified.
     lower, upper : array, shape (n,)
         lower ≤ ω* ≤ upper (length).
@@ -82,7 +82,7 @@ class Certificate:
     contact: Mask
     clear: Mask
     barrier: str
-    model: TensionedNet | None = field(default=None, repr=False)
+    model: ContactModel | None = field(default=None, repr=False)
 
     @property
     def undecided(self) -> Mask:
@@ -103,7 +103,7 @@ class Certificate:
     @property
     def contact_area(self) -> Bracket:
         """Bracket of the area in contact, Δ² for every node (cable: of the length, Δ for every node)."""
-        nodes, area = self.contact_nodes, self._physical("contact_area").node_area
+        nodes, area = self.contact_nodes, self._physical("contact_area").area_of_node("contact_area")
         return Bracket(nodes.lower * area, nodes.upper * area)
 
     @cached_property
@@ -160,6 +160,8 @@ class Certificate:
     def plot(self) -> Figure:
         """Draw the contact map of what is certain: nodes in contact, clear and undecided, each in their own colour.
 
+        Of a cable it is the bounds of the gap, and of a cable net the plan.
+
         Raises
         ------
         AttributeError
@@ -169,10 +171,11 @@ class Certificate:
 
         return plot_certificate(self, self._physical("plot"))
 
-    def _physical(self, attribute: str) -> TensionedNet:
+    def _physical(self, attribute: str) -> ContactModel:
         if self.model is None:
             raise AttributeError(
-                f"{attribute} needs a Membrane or a Cable; this certificate is of a bare ContactQP, certify the model"
+                f"{attribute} needs a Membrane, a Cable or a CableNet; "
+                "this certificate is of a bare ContactQP, certify the model"
             )
         return self.model
 
@@ -201,7 +204,7 @@ def _sum_above(numbers: Iterable[float]) -> float:
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def certify(problem: ContactQP | TensionedNet, gap: ArrayLike, *, effort: Effort | None = None) -> Certificate:
+def certify(problem: ContactQP | ContactModel, gap: ArrayLike, *, effort: Effort | None = None) -> Certificate:
     r"""Enclose the exact solution of ``problem``, given any approximate ``gap`` from any program.
 
     With a barrier v > 0, s ≤ Gv, s > 0, and R = Gω + q let
@@ -220,7 +223,7 @@ def certify(problem: ContactQP | TensionedNet, gap: ArrayLike, *, effort: Effort
 
     Parameters
     ----------
-    problem : Membrane, Cable or ContactQP
+    problem : Membrane, Cable, CableNet or ContactQP
         Any; what is known of its matrix decides on the kind of bound.
     gap : array, shape (n,)
         The approximate solution ω (length); it need not be feasible.

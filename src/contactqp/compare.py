@@ -18,8 +18,8 @@ from .comparison_text import as_html, as_json, as_text
 from .disagreement import spread_of, worst_nodes_of
 from .errors import MissingBackendError, UnsuitableProblemError
 from .judge import answer_scale, relative_bound
-from .metrics import Truth, boundary_distance, contact_jaccard, free_boundary, intersection
-from .model import TensionedNet, split
+from .metrics import Truth, boundary_distance, contact_jaccard, intersection
+from .model import ContactModel, split
 from .problem import ContactQP
 from .provenance import Provenance, machine, versions_of
 from .rows import Pair, Row, row_of
@@ -151,8 +151,8 @@ class Comparison:
     def plot_disagreement(self) -> Figure:
         """Draw how far the backends' gaps lie apart at every node, and number the worst nodes.
 
-        On a membrane a map in which nodes are circled that some backends have in contact and others do not; on a cable
-        along x; for a bare matrix sorted.
+        On a membrane or a cable net a map in which nodes are circled that some backends have in contact and others do
+        not; on a cable along x; for a bare matrix sorted.
 
         Raises
         ------
@@ -179,7 +179,7 @@ class Comparison:
         Returns
         -------
         pandas.DataFrame
-            Columns: node; x, y (length; nan without a lattice); larger, smaller (the backends with the largest and the
+            Columns: node; x, y (length; nan for a bare matrix); larger, smaller (the backends with the largest and the
             smallest gap there); larger_gap, smaller_gap, difference (length); larger_reaction, smaller_reaction
             (force); true_lower, true_upper (length; nan without a truth). Without two answers it is empty.
 
@@ -264,15 +264,13 @@ class Comparison:
         return {name: s for name, s in self.solutions.items() if s.residuals is not None}
 
     @property
-    def model(self) -> TensionedNet | None:
-        """The membrane or cable, None if a bare `ContactQP` was solved."""
+    def model(self) -> ContactModel | None:
+        """The membrane, cable or net, None if a bare `ContactQP` was solved."""
         return next((s.model for s in self.solutions.values()), None)
 
     @cached_property
     def _boundaries(self) -> dict[str, NDArray[np.float64]]:
-        return {
-            name: free_boundary(s.model.lattice, s.contact) for name, s in self.usable.items() if s.model is not None
-        }
+        return {name: s.model.free_boundary(s.contact) for name, s in self.usable.items() if s.model is not None}
 
     def _apart(self, first: str, second: str) -> float | None:
         """Return the distance of two backends' free boundaries."""
@@ -317,7 +315,7 @@ class Comparison:
 
 
 def compare(
-    problem: ContactQP | TensionedNet,
+    problem: ContactQP | ContactModel,
     backends: Sequence[str] | None = None,
     *,
     tol: float | str = 1e-6,
@@ -332,7 +330,7 @@ def compare(
 
     Parameters
     ----------
-    problem : Membrane, Cable or ContactQP
+    problem : Membrane, Cable, CableNet or ContactQP
         What to solve.
     backends : sequence of str, optional
         Names, see `backend_names`; by default the package's own whose methods suit the problem.
@@ -420,7 +418,7 @@ def _in_effect(backend: type[Backend], wanted: Tolerance) -> dict[str, Any]:
 
 
 def _attempt(
-    problem: ContactQP | TensionedNet, name: str, limits: Mapping[str, Any], options: Mapping[str, Any]
+    problem: ContactQP | ContactModel, name: str, limits: Mapping[str, Any], options: Mapping[str, Any]
 ) -> Solution | Row:
     try:
         return solve(problem, name, on_failure="ignore", **limits, **options)

@@ -1,12 +1,14 @@
-"""Solutions as xarray datasets."""
+"""Solutions as xarray datasets: on the net of a lattice, and along the nodes of a cable net."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ._checks import Vector
+from .cable_net import CableNet
+from .model import ContactModel, TensionedNet
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,19 +21,49 @@ def solution_dataset(solution: Solution) -> xr.Dataset:
     import xarray as xr
 
     model = solution._physical("to_dataset")
-    lattice, supported = model.lattice, model.supported
+    attributes = {
+        "model": repr(model),
+        "backend": solution.backend,
+        "status": solution.status.value,
+        "tol": solution.tol,
+        "relative_bound": solution.relative_bound,
+        "iterations": solution.iterations,
+        "seconds": solution.seconds,
+    }
+    variables: dict[str, Any] = {}
+    length = {"units": "length"}
+    if isinstance(model, TensionedNet):
+        lattice = model.lattice
+        attributes |= {"tension": model.tension, "spacing": lattice.spacing}
+        coordinates: dict[str, Any] = {"x": ("x", np.array(lattice.x), length)}
+        if not model.is_line:
+            coordinates["y"] = ("y", np.array(lattice.y), length)
+        for name, (values, unit, long_name) in _fields(solution, model).items():
+            grid = lattice.scatter(values)
+            dims, data = (("x",), grid[0]) if model.is_line else (("y", "x"), grid)
+            variables[name] = (dims, data, {"units": unit, "long_name": long_name})
+    else:
+        coordinates = {"x": ("node", np.array(model.node_x), length), "y": ("node", np.array(model.node_y), length)}
+        if isinstance(model, CableNet):
+            coordinates["point"] = ("node", np.array(model.free), {"long_name": "number among all points"})
+        for name, (values, unit, long_name) in _fields(solution, model).items():
+            variables[name] = ("node", np.array(values), {"units": unit, "long_name": long_name})
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def _fields(solution: Solution, model: ContactModel) -> dict[str, tuple[Vector, str, str]]:
+    """Return by name the values at the nodes, the unit, and what it is."""
+    supported = model.supported
     fields: dict[str, tuple[Vector, str, str]] = {
-        "gap": (_unlimited(solution.gap, supported), "length", "clearance of the membrane over the support"),
+        "gap": (_unlimited(solution.gap, supported), "length", "clearance over the support"),
         "deflection": (solution.deflection, "length", "deflection, positive downwards"),
         "support": (model.support, "length", "ordinate of the rigid profile, positive downwards"),
         "reaction": (solution.reaction, "force", "nodal reaction of the support, upwards"),
-        "contact_pressure": (
-            solution.contact_pressure,
-            model.units["contact_pressure"],
-            "reaction of the support, upwards",
-        ),
         "load": (model.load, model.units["load"], "active load, positive downwards"),
     }
+    if model.node_area is not None:
+        unit = model.units["contact_pressure"]
+        fields["contact_pressure"] = (solution.contact_pressure, unit, "reaction of the support, upwards")
     certificate = solution.certificate
     if certificate is not None:
         state = np.where(certificate.contact, 1.0, np.where(certificate.clear, 0.0, -1.0))
@@ -42,27 +74,7 @@ def solution_dataset(solution: Solution) -> xr.Dataset:
             "reaction_upper": (certificate.reaction[1], "force", "certified upper bound of the reaction"),
             "contact_state": (state, "1", "1 certainly in contact, 0 certainly clear, -1 undecided"),
         }
-    variables = {}
-    for name, (values, unit, long_name) in fields.items():
-        grid = lattice.scatter(values)
-        dims, data = (("x",), grid[0]) if model.is_line else (("y", "x"), grid)
-        variables[name] = (dims, data, {"units": unit, "long_name": long_name})
-    length = {"units": "length"}
-    coordinates = {"x": ("x", np.array(lattice.x), length)}
-    if not model.is_line:
-        coordinates["y"] = ("y", np.array(lattice.y), length)
-    attributes = {
-        "model": repr(model),
-        "tension": model.tension,
-        "spacing": lattice.spacing,
-        "backend": solution.backend,
-        "status": solution.status.value,
-        "tol": solution.tol,
-        "relative_bound": solution.relative_bound,
-        "iterations": solution.iterations,
-        "seconds": solution.seconds,
-    }
-    return xr.Dataset(variables, coordinates, attributes)
+    return fields
 
 
 def _unlimited(gap: Vector, supported: np.ndarray) -> Vector:

@@ -43,8 +43,7 @@ def worst_nodes_of(comparison: Comparison, count: int) -> pd.DataFrame:
     at, nowhere = np.arange(nodes.size), np.full(nodes.size, np.nan)
     columns: dict[str, Any] = {"node": nodes, "x": nowhere, "y": nowhere}
     if comparison.model is not None:
-        lattice = comparison.model.lattice
-        columns |= {"x": lattice.node_x[nodes], "y": lattice.node_y[nodes]}
+        columns |= {"x": comparison.model.node_x[nodes], "y": comparison.model.node_y[nodes]}
     for side, pick in (("larger", gaps.argmax(axis=0)), ("smaller", gaps.argmin(axis=0))):
         columns[side] = names[pick]
         columns[f"{side}_gap"] = gaps[pick, at]

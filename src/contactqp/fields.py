@@ -41,13 +41,8 @@ def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) 
     ValueError
         If the shape does not fit, or a node's value is nan or not finite.
     """
-    if callable(field) and not is_dataarray(field):
-        values = real_array(field(lattice.node_x, lattice.node_y), f"{name}(x, y)")
-        if values.shape not in ((), (lattice.size,)):
-            raise ValueError(
-                f"{name}(x, y) must return a number or shape ({lattice.size},) for the {lattice.size} nodes, "
-                f"got {values.shape}"
-            )
+    if is_function(field):
+        values = evaluated(field, lattice.node_x, lattice.node_y, name)
     elif is_dataarray(field) and field.ndim:
         values = lattice.gather(on_lattice(lattice, field, name))
     else:
@@ -59,13 +54,35 @@ def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) 
                 f"{name} must be a number, an array of the lattice's shape {lattice.shape} or a vector of its "
                 f"{lattice.size} nodes, got shape {values.shape}"
             )
-    vector = np.broadcast_to(values, (lattice.size,))
+    return checked(values, lattice.size, name, lattice.describe, allow_inf=allow_inf)
+
+
+def evaluated(function: Any, x: Vector, y: Vector, name: str) -> NDArray[np.float64]:
+    """Return what a function of (x, y) returns for points: a vector of their values, or a number."""
+    values = real_array(function(x, y), f"{name}(x, y)")
+    if values.shape not in ((), x.shape):
+        raise ValueError(
+            f"{name}(x, y) must return a number or shape {x.shape} for the {x.size} points, got {values.shape}"
+        )
+    return values
+
+
+def checked(
+    values: NDArray[np.float64], size: int, name: str, describe: Callable[[int], str], *, allow_inf: bool = False
+) -> Vector:
+    """Return a number or a vector as a vector of finite values, a number repeated; with ``allow_inf`` +inf is one."""
+    vector = np.broadcast_to(values, (size,))
     good = np.isfinite(vector) | (vector == np.inf) if allow_inf else np.isfinite(vector)
     if not good.all():
         worst = int(np.argmin(good))
         wanted = "finite or +inf (no support)" if allow_inf else "finite"
-        raise ValueError(f"{name} must be {wanted}, but is {vector[worst]} at {lattice.describe(worst)}")
+        raise ValueError(f"{name} must be {wanted}, but is {vector[worst]} at {describe(worst)}")
     return vector
+
+
+def is_function(field: Any) -> bool:
+    """Whether a field is given as a function of (x, y)."""
+    return callable(field) and not is_dataarray(field)
 
 
 def is_dataarray(value: Any) -> bool:

@@ -140,6 +140,35 @@ class Lattice:
             raise ValueError(f"grid must have the lattice's shape {self.shape}, got {values.shape}")
         return self._nodes.take(values)
 
+    def ring_coordinates(self, row: NDArray[Any], column: NDArray[Any]) -> tuple[Vector, Vector]:
+        """Return x and y of points by their places on the net with a ring of frame points about it (length)."""
+        return self.origin[0] + self.spacing * (column - 1), self.origin[1] + self.spacing * (row - 1)
+
+    def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
+        """Return the middles of the arms that join a node in contact to one that is not.
+
+        Parameters
+        ----------
+        contact : array of bool, shape (size,)
+
+        Returns
+        -------
+        array, shape (k, 2)
+            x and y (length).
+        """
+        grid = self.scatter(contact.astype(np.int8), fill=-1)
+
+        def middles(before: NDArray[Any], after: NDArray[Any], shift: tuple[float, float]) -> Vector:
+            row, column = np.nonzero((before >= 0) & (after >= 0) & (before != after))
+            step = self.spacing
+            return np.column_stack(
+                [self.origin[0] + step * (column + shift[0]), self.origin[1] + step * (row + shift[1])]
+            )
+
+        return np.concatenate(
+            [middles(grid[:, :-1], grid[:, 1:], (0.5, 0.0)), middles(grid[:-1], grid[1:], (0.0, 0.5))]
+        )
+
     def describe(self, node: int) -> str:
         """Name a node by its number and coordinates, for messages: ``node 3 (x=0.5, y=1)``."""
         column_x, row_y = self.node_x[node], self.node_y[node]

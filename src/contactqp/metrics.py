@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ._checks import Mask, Vector
 from .certificate import Certificate
-from .lattice import Lattice
 
 
 @dataclass(frozen=True)
@@ -78,38 +77,13 @@ def contact_jaccard(first: Mask, second: Mask) -> float:
     return int(np.count_nonzero(first != second)) / union if union else 0.0
 
 
-def free_boundary(lattice: Lattice, contact: Mask) -> NDArray[np.float64]:
-    """Return the middles of the lattice arms that join a node in contact to one that is not.
-
-    Parameters
-    ----------
-    lattice : Lattice
-    contact : array of bool, shape (n,)
-
-    Returns
-    -------
-    array, shape (k, 2)
-        x and y (length).
-    """
-    grid = lattice.scatter(contact.astype(np.int8), fill=-1)
-
-    def middles(before: NDArray[np.int64], after: NDArray[np.int64], shift: tuple[float, float]) -> Vector:
-        row, column = np.nonzero((before >= 0) & (after >= 0) & (before != after))
-        step = lattice.spacing
-        return np.column_stack(
-            [lattice.origin[0] + step * (column + shift[0]), lattice.origin[1] + step * (row + shift[1])]
-        )
-
-    return np.concatenate([middles(grid[:, :-1], grid[:, 1:], (0.5, 0.0)), middles(grid[:-1], grid[1:], (0.0, 0.5))])
-
-
 def boundary_distance(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
     """Return the Hausdorff distance of two free boundaries (length): 0 if both are empty, infinite if one is.
 
     Parameters
     ----------
     first, second : array, shape (k, 2)
-        Points, see `free_boundary`.
+        Points, see `ContactModel.free_boundary`.
 
     Examples
     --------

@@ -1,17 +1,20 @@
-"""What membranes and cables have in common: a tensioned net over a support, posed as a `ContactQP`."""
+"""What models of contact have in common: nodes held by tension over a support, posed as a `ContactQP`."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._checks import Mask, Vector, finite_number, read_only, real_array, times
 from .barrier import Barrier
-from .fields import is_dataarray, on_lattice, sample
+from .fields import evaluated, is_dataarray, is_function, on_lattice, sample
 from .lattice import Lattice
+from .layout import Grid
 from .problem import ContactQP
 from .stencil import Stencil
 
@@ -44,7 +47,144 @@ _LEAST_DEPTH = 1e-6
 """The gap scale is at least this part of the unsupported deflection: a shallower support counts as flat."""
 
 
-class TensionedNet:
+class ContactModel(ABC):
+    """Nodes that tensioned arms join to each other and to a frame, over a rigid support.
+
+    Base of all models. One knows its nodes, loads and support, and the force with which its arms resist a shape;
+    everything else follows.
+
+    Attributes
+    ----------
+    load : array, shape (n,)
+        Active load at the nodes, positive downwards, in the unit that `units` tells.
+    support : array, shape (n,)
+        Ordinate of the rigid profile at the nodes, positive downwards (length); +inf where there is none.
+    node_area : float or None
+        Area (cable: length) that a node stands for; None if nodes stand for none.
+    """
+
+    load: Vector
+    support: Vector
+    node_area: float | None = None
+    _datum: float = 0.0
+    """Mean height of the frame (length)."""
+
+    @property
+    @abstractmethod
+    def nodal_load(self) -> Vector:
+        """Active force P on each node (force), shape (n,)."""
+
+    @property
+    @abstractmethod
+    def node_x(self) -> Vector:
+        """Abscissa of each node, shape (n,), length."""
+
+    @property
+    @abstractmethod
+    def node_y(self) -> Vector:
+        """Ordinate of each node in plan, shape (n,), length."""
+
+    @abstractmethod
+    def describe(self, node: int) -> str:
+        """Name a node by its number and coordinates, for messages."""
+
+    @abstractmethod
+    def max_slope(self, gap: Vector) -> float:
+        """Return the largest difference quotient of the deflection along any arm (no unit)."""
+
+    @abstractmethod
+    def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
+        """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
+
+    @property
+    @abstractmethod
+    def units(self) -> dict[str, str]:
+        """Units of the model's quantities in words, by name."""
+
+    @abstractmethod
+    def _stiffness(self) -> Any:
+        """Return G, as a `ContactQP` takes it."""
+
+    @abstractmethod
+    def _pull(self, heights: Vector) -> Vector:
+        """Return the force with which the arms resist ordinates of the nodes, the frame being where it is.
+
+        It must be formed from differences of heights, so that a common height costs no digits.
+        """
+
+    @abstractmethod
+    def _frame_relief(self) -> float:
+        """Return how far the frame leaves its mean height at most (length)."""
+
+    def _frame_grid(self) -> Grid | None:
+        """Return the frame's ordinates from its mean height for a stencil, or None if they are zero."""
+        return None
+
+    def area_of_node(self, attribute: str) -> float:
+        """Return `node_area` for an attribute that needs it; an AttributeError names that where there is none."""
+        if self.node_area is None:
+            raise AttributeError(
+                f"{attribute} needs a Membrane or a Cable; the nodes of {self!r} stand for no area, "
+                "so there is the reaction only"
+            )
+        return self.node_area
+
+    @property
+    def size(self) -> int:
+        """Number of nodes n."""
+        return self.support.size
+
+    @cached_property
+    def supported(self) -> Mask:
+        """Where there is a support, shape (n,)."""
+        return read_only(np.isfinite(self.support))
+
+    @property
+    def reference(self) -> Vector:
+        """Ordinates that the gap is measured from: the support, and the frame's mean height where there is none."""
+        return self.support if self.supported.all() else np.where(self.supported, self.support, self._datum)
+
+    @cached_property
+    def problem(self) -> ContactQP:
+        """The contact problem: q = P + b - G f, with b the pull of a frame that is not at height zero."""
+        q = self.nodal_load - self._pull(self.reference)
+        problem = ContactQP(self._stiffness(), q, supported=self.supported)
+        problem._gap_scale = self._gap_scale(problem.barrier)
+        problem.reference = self.reference - self._datum if self._datum else self.reference
+        problem.frame_reference = self._frame_grid()
+        return problem
+
+    def _gap_scale(self, barrier: Barrier | None) -> float | None:
+        """Return the length by which tolerances are measured, or None if the model has no length of its own.
+
+        An error of the gap is one of the deflection w, so its scale is that of w. Above, w is bounded by the support
+        and by the deflection without one; below, by that under suction alone and by the highest summit: of these
+        bounds the mean is taken, ordinates being measured from the frame's mean height. The unsupported deflection is
+        bounded by the barrier.
+        """
+        if barrier is None:
+            return None
+        down = barrier.mean_deflection(np.maximum(self.nodal_load, 0.0)) * barrier.v / barrier.v.mean()
+        suction = barrier.mean_deflection(np.maximum(-self.nodal_load, 0.0))
+        depth = self.support - self._datum
+        reachable = float(np.minimum(np.maximum(depth, 0.0), down + self._frame_relief()).mean())
+        summit = max(0.0, -float(depth.min()))
+        return max(reachable + suction + summit, _LEAST_DEPTH * float(down.mean())) or None
+
+    def deflection(self, gap: Vector) -> Vector:
+        """Return w = f - ω (length, positive downwards); without a support the frame's mean height stands for f."""
+        return np.asarray(self.reference - gap)
+
+    def force_balance(self, gap: Vector) -> ForceBalance:
+        """Return the resultants of load, support and frame for a gap vector."""
+        return ForceBalance(
+            load=float(self.nodal_load.sum()),
+            reaction=float(self.problem.reaction(gap).sum()),
+            frame=float(self._pull(self.deflection(gap)).sum()),
+        )
+
+
+class TensionedNet(ContactModel):
     """A net of tensioned arms on a lattice, stretched over a support.
 
     Base of `Membrane` and `Cable`, which choose the stiffness of the arms and the load's unit.
@@ -62,6 +202,7 @@ class TensionedNet:
         The stiffness G.
     """
 
+    node_area: float
     _load_unit: str
     _pressure_unit: str
 
@@ -87,7 +228,7 @@ class TensionedNet:
         self.node_area = area
         self.load: Vector = read_only(sample(lattice, load, "load"))
         self.support: Vector = read_only(sample(lattice, support, "support", allow_inf=True))
-        self._heights = _frame_heights(self.stencil, lattice, frame_height)
+        self._heights = frame_heights(self.stencil, lattice, frame_height)
         needed = self.stencil.frame_points()
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
 
@@ -96,63 +237,44 @@ class TensionedNet:
         """Active force P on each node (force), shape (n,)."""
         return times(self.load, self.node_area)
 
-    @cached_property
-    def supported(self) -> Mask:
-        """Where there is a support, shape (n,)."""
-        return read_only(np.isfinite(self.support))
+    @property
+    def node_x(self) -> Vector:
+        """Abscissa of each node, shape (n,), length."""
+        return self.lattice.node_x
 
     @property
-    def reference(self) -> Vector:
-        """Ordinates that the gap is measured from: the support, and the frame's mean height where there is none."""
-        return self.support if self.supported.all() else np.where(self.supported, self.support, self._datum)
+    def node_y(self) -> Vector:
+        """Ordinate of each node in plan, shape (n,), length."""
+        return self.lattice.node_y
 
-    @cached_property
-    def problem(self) -> ContactQP:
-        """The contact problem: q = P + b - G f, with b the pull of a frame that is not at height zero."""
-        q = self.nodal_load - self.stencil.pull(self._padded(self.reference))
-        problem = ContactQP(self.stencil, q, supported=self.supported)
-        problem._gap_scale = self._gap_scale(problem.barrier)
-        problem.reference = self.reference - self._datum if self._datum else self.reference
-        if self._heights is not None:
-            problem.frame_reference = np.where(self.stencil.frame_points(), self._heights - self._datum, 0.0)
-        return problem
+    def describe(self, node: int) -> str:
+        """Name a node by its number and coordinates, for messages: ``node 3 (x=0.5, y=1)``."""
+        return self.lattice.describe(node)
+
+    def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
+        """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
+        return self.lattice.free_boundary(contact)
+
+    def _stiffness(self) -> Stencil:
+        return self.stencil
+
+    def _pull(self, heights: Vector) -> Vector:
+        return self.stencil.pull(self._padded(heights))
+
+    def _frame_relief(self) -> float:
+        if self._heights is None:
+            return 0.0
+        return float(np.abs(self._heights[self.stencil.frame_points()] - self._datum).max())
+
+    def _frame_grid(self) -> Grid | None:
+        if self._heights is None:
+            return None
+        return np.where(self.stencil.frame_points(), self._heights - self._datum, 0.0)
 
     def _padded(self, heights: Vector) -> Vector:
         """Return heights of nodes and frame on the net with a ring of frame points about it."""
         padded = self.stencil.pad(heights)
         return padded if self._heights is None else np.where(self.stencil.padded_mask(), padded, self._heights)
-
-    def _gap_scale(self, barrier: Barrier | None) -> float | None:
-        """Return the length by which tolerances are measured, or None if the model has no length of its own.
-
-        An error of the gap is one of the deflection w, so its scale is that of w. Above, w is bounded by the support
-        and by the deflection without one; below, by that under suction alone and by the highest summit: of these
-        bounds the mean is taken, ordinates being measured from the frame's mean height. The unsupported deflection is
-        bounded by the barrier.
-        """
-        if barrier is None:
-            return None
-        down = barrier.mean_deflection(np.maximum(self.nodal_load, 0.0)) * barrier.v / barrier.v.mean()
-        suction = barrier.mean_deflection(np.maximum(-self.nodal_load, 0.0))
-        relief = 0.0
-        if self._heights is not None:
-            relief = float(np.abs(self._heights[self.stencil.frame_points()] - self._datum).max())
-        depth = self.support - self._datum
-        reachable = float(np.minimum(np.maximum(depth, 0.0), down + relief).mean())
-        summit = max(0.0, -float(depth.min()))
-        return max(reachable + suction + summit, _LEAST_DEPTH * float(down.mean())) or None
-
-    def deflection(self, gap: Vector) -> Vector:
-        """Return w = f - ω (length, positive downwards); without a support the frame's mean height stands for f."""
-        return np.asarray(self.reference - gap)
-
-    def force_balance(self, gap: Vector) -> ForceBalance:
-        """Return the resultants of load, support and frame for a gap vector."""
-        return ForceBalance(
-            load=float(self.nodal_load.sum()),
-            reaction=float(self.problem.reaction(gap).sum()),
-            frame=float(self.stencil.pull(self.padded_deflection(gap)).sum()),
-        )
 
     def max_slope(self, gap: Vector) -> float:
         """Return the largest difference quotient of the deflection along any arm (no unit)."""
@@ -198,7 +320,7 @@ class TensionedNet:
         return f"{type(self).__name__}({net}, tension={self.tension:g}{note})"
 
 
-def split(problem: ContactQP | TensionedNet) -> tuple[TensionedNet | None, ContactQP]:
+def split(problem: ContactQP | ContactModel) -> tuple[ContactModel | None, ContactQP]:
     """Return the model, None for a bare problem, and its contact problem.
 
     Raises
@@ -206,16 +328,16 @@ def split(problem: ContactQP | TensionedNet) -> tuple[TensionedNet | None, Conta
     TypeError
         If it is neither.
     """
-    if isinstance(problem, TensionedNet):
+    if isinstance(problem, ContactModel):
         return problem, problem.problem
     if isinstance(problem, ContactQP):
         return None, problem
-    raise TypeError(f"problem must be a Membrane, a Cable or a ContactQP, got {type(problem).__name__}")
+    raise TypeError(f"problem must be a Membrane, a Cable, a CableNet or a ContactQP, got {type(problem).__name__}")
 
 
-def _frame_heights(stencil: Stencil, lattice: Lattice, value: Any) -> Vector | None:
+def frame_heights(stencil: Stencil, lattice: Lattice, value: Any) -> Vector | None:
     """Return the frame's ordinates on the net with a ring about it, or None if they are zero."""
-    if not callable(value) and not is_dataarray(value) and np.ndim(value) == 0:
+    if not is_function(value) and not is_dataarray(value) and np.ndim(value) == 0:
         value = finite_number(value, "frame_height")
         if value == 0:
             return None
@@ -226,12 +348,7 @@ def _frame_heights(stencil: Stencil, lattice: Lattice, value: Any) -> Vector | N
         value = on_lattice(lattice, value, "frame_height")
     if callable(value):
         row, column = np.nonzero(needed)
-        x = lattice.origin[0] + lattice.spacing * (column - 1)
-        y = lattice.origin[1] + lattice.spacing * (row - 1)
-        heights = real_array(value(x, y), "frame_height(x, y)")
-        if heights.shape not in ((), x.shape):
-            raise ValueError(f"frame_height(x, y) must return a number or shape {x.shape}, got {heights.shape}")
-        padded[needed] = heights
+        padded[needed] = evaluated(value, *lattice.ring_coordinates(row, column), "frame_height")
     elif np.ndim(value) == 0:
         padded[needed] = value
     else:

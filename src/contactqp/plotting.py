@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import Mask
+from .model import TensionedNet
 from .rounding import at_most
 
 if TYPE_CHECKING:
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
     from .certificate import Certificate
-    from .model import TensionedNet
+    from .model import ContactModel
     from .solution import Solution
 
 CONTACT, CLEAR, UNDECIDED, INK = "#c8553d", "#dfe7ec", "#f2c14e", "#22333b"
@@ -23,9 +25,21 @@ BLUE, GROUND = "#2f6690", "#b9a88f"
 
 
 def plot_solution(solution: Solution) -> Figure:
-    """Draw a solution: for a membrane its contact map beside the middle section, for a cable the section alone."""
+    """Draw a solution: for a membrane its contact map beside the middle section, for a cable the section alone.
+
+    A cable net is drawn in plan and in space.
+    """
+    from .cable_net import CableNet
+
     model = solution.model
-    if model is None:
+    if isinstance(model, CableNet):
+        from .plotting_net import draw_in_space, draw_plan
+
+        figure = new_figure(12.5, plan_height(model.positions) + 1.0)
+        left, right = two_halves(figure)
+        draw_plan(left.subplots(), model, *seen(solution))
+        draw_in_space(right, solution, model)
+    elif not isinstance(model, TensionedNet):
         figure = new_figure(7, 4.4)
         draw_sorted_gap(figure.subplots(), solution)
     elif model.is_line:
@@ -41,10 +55,23 @@ def plot_solution(solution: Solution) -> Figure:
     return figure
 
 
-def plot_certificate(certificate: Certificate, model: TensionedNet) -> Figure:
-    """Draw what a certificate proves: of a membrane its contact map, of a cable the bounds of the gap along it."""
+def plot_certificate(certificate: Certificate, model: ContactModel) -> Figure:
+    """Draw what a certificate proves: of a membrane its contact map, of a cable the bounds of the gap along it.
+
+    Of a cable net it is the plan, and of a model that has no picture of its own a `ValueError`.
+    """
+    from .cable_net import CableNet
+
     state = _states_of(certificate)
-    if model.is_line:
+    if isinstance(model, CableNet):
+        from .plotting_net import draw_plan
+
+        figure = new_figure(7, plan_height(model.positions) + 1.2)
+        axes = figure.subplots()
+        draw_plan(axes, model, state, "certainly ")
+    elif not isinstance(model, TensionedNet):
+        raise ValueError(f"there is no picture of a certificate of {model!r}")
+    elif model.is_line:
         figure = new_figure(9, 3.6)
         axes = figure.subplots()
         _draw_bounds(axes, certificate, model, state)
@@ -79,17 +106,13 @@ def _draw_bounds(axes: Axes, certificate: Certificate, model: TensionedNet, stat
 
 def draw_contact_map(axes: Axes, solution: Solution) -> None:
     """Draw which nodes are certainly in contact, certainly clear, or undecided, and the free boundary."""
-    model, certificate = solution._physical("the contact map"), solution.certificate
-    if certificate is None:
-        _draw_states(axes, model, solution.contact.astype(int), solution.contact, "")
-    else:
-        _draw_states(axes, model, _states_of(certificate), solution.contact, "certainly ")
+    state, proven = seen(solution)
+    _draw_states(axes, solution._on_lattice("the contact map"), state, solution.contact, proven)
 
 
 def _draw_states(axes: Axes, model: TensionedNet, state: NDArray[np.int64], contact: Mask, proven: str) -> None:
     """Draw the nodes' states, 0 clear, 1 in contact, 2 undecided, and the boundary of a contact set."""
     from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Patch
 
     lattice = model.lattice
     grid = lattice.scatter(state.astype(float))
@@ -105,6 +128,15 @@ def _draw_states(axes: Axes, model: TensionedNet, state: NDArray[np.int64], cont
     )
     _draw_free_boundary(axes, lattice.x, lattice.y, lattice.scatter(contact.astype(float)))
     draw_frame_outline(axes, model)
+    draw_legend_of_states(axes, state, proven)
+    axes.set(aspect="equal", xlabel="x", ylabel="y", title="Contact map")
+    tidy(axes)
+
+
+def draw_legend_of_states(axes: Axes, state: NDArray[np.int64], proven: str, more: Sequence[Any] = ()) -> None:
+    """Write below the axes what the colours of the states mean and how many nodes there are of each."""
+    from matplotlib.patches import Patch
+
     labels = [f"{proven}clear", f"{proven}in contact", "undecided"]
     handles: list[Any] = [
         Patch(color=colour, label=f"{label} ({np.count_nonzero(state == k)})")
@@ -112,9 +144,9 @@ def _draw_states(axes: Axes, model: TensionedNet, state: NDArray[np.int64], cont
         if k < 2 or (state == 2).any()
     ]
     figure: Any = axes.get_figure(root=False)
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize="small")
-    axes.set(aspect="equal", xlabel="x", ylabel="y", title="Contact map")
-    tidy(axes)
+    figure.legend(
+        handles=[*handles, *more], loc="outside lower center", ncols=3 + len(more), frameon=False, fontsize="small"
+    )
 
 
 def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None) -> None:
@@ -128,7 +160,7 @@ def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None)
     row : int, optional
         Row of the lattice's array; by default the row with nodes that is nearest to the middle.
     """
-    model = solution._physical("the section")
+    model = solution._on_lattice("the section")
     lattice = model.lattice
     row = _middle_row(lattice.mask) if row is None else row
     on_row = lattice.scatter(np.arange(lattice.size), fill=-1)[row].astype(int)
@@ -164,7 +196,15 @@ def draw_section(axes: NDArray[Any], solution: Solution, row: int | None = None)
         tidy(each)
 
 
+def seen(solution: Solution) -> tuple[NDArray[np.int64], str]:
+    """Return the nodes' states and how sure they are: by the certificate, or else in the backend's own view."""
+    if solution.certificate is None:
+        return solution.contact.astype(int), ""
+    return _states_of(solution.certificate), "certainly "
+
+
 def _states_of(certificate: Certificate) -> NDArray[np.int64]:
+    """Return 1 in contact, 0 clear, 2 undecided."""
     return np.where(certificate.contact, 1, np.where(certificate.clear, 0, 2))
 
 
@@ -193,8 +233,7 @@ def draw_frame_outline(axes: Axes, model: TensionedNet) -> None:
     """Mark the frame points that a node is joined to."""
     row, column = np.nonzero(model.stencil.frame_points())
     lattice = model.lattice
-    x = lattice.origin[0] + lattice.spacing * (column - 1)
-    y = lattice.origin[1] + lattice.spacing * (row - 1)
+    x, y = lattice.ring_coordinates(row, column)
     size = float(np.clip(4000 / max(lattice.shape) ** 1.5, 0.2, 14))
     axes.scatter(x, y, s=size, marker="s", color=INK, linewidths=0)
 
@@ -235,6 +274,12 @@ def section_axes(part: Figure | SubFigure) -> NDArray[Any]:
     """Return the three panels that `draw_section` fills."""
     axes: NDArray[Any] = part.subplots(3, 1, sharex=True, height_ratios=[3, 1.3, 1.3])
     return axes
+
+
+def plan_height(positions: NDArray[np.float64]) -> float:
+    """Return the height of a figure whose left half shows these points in plan, shape (n, 2)."""
+    width, height = np.ptp(positions, axis=0)
+    return float(np.clip(6.5 * height / (width or height), 3.6, 6.5))
 
 
 def two_halves(figure: Figure) -> tuple[SubFigure, SubFigure]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import Vector
+from .cable_net import CableNet
+from .model import TensionedNet
 from .plotting import (
     BLUE,
     CONTACT,
@@ -19,17 +21,20 @@ from .plotting import (
     draw_sorted_gap,
     head,
     new_figure,
+    plan_height,
     section_axes,
+    seen,
     tidy,
     two_halves,
 )
+from .plotting_net import draw_fixed, draw_net_spread, draw_plan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from .compare import Comparison
-    from .model import TensionedNet
+    from .model import ContactModel
 
 _DECADES = 6
 """Differences smaller than the largest by so many powers of ten are drawn alike."""
@@ -48,14 +53,19 @@ def plot_comparison(comparison: Comparison) -> Figure:
         raise ValueError(f"there is nothing to draw: no backend returned an answer ({comparison.verdict()})")
     figure = new_figure(12.5, 5.8)
     left, right = two_halves(figure)
-    if best.model is None:
+    model = best.model
+    if isinstance(model, CableNet):
+        axes = left.subplots()
+        draw_plan(axes, model, *seen(best))
+        _mark_differences(axes, comparison, model)
+    elif not isinstance(model, TensionedNet):
         draw_sorted_gap(left.subplots(), best)
-    elif best.model.is_line:
+    elif model.is_line:
         draw_section(section_axes(left), best)
     else:
         axes = left.subplots()
         draw_contact_map(axes, best)
-        _mark_differences(axes, comparison, best.model)
+        _mark_differences(axes, comparison, model)
     above, below = right.subplots(2, 1, sharey=True)
     _draw_bars(above, below, comparison)
     verdict = "all agree" if comparison.agree else "no agreement: " + ", ".join(comparison.culprits)
@@ -64,10 +74,10 @@ def plot_comparison(comparison: Comparison) -> Figure:
     return figure
 
 
-def _mark_differences(axes: Axes, comparison: Comparison, model: TensionedNet) -> None:
+def _mark_differences(axes: Axes, comparison: Comparison, model: ContactModel) -> None:
     differing = _differing_nodes(comparison)
     if differing.size:
-        x, y = model.lattice.node_x[differing], model.lattice.node_y[differing]
+        x, y = model.node_x[differing], model.node_y[differing]
         axes.scatter(x, y, s=26, facecolors="none", edgecolors="black")
         axes.set_title(f"Contact map; backends differ at {differing.size} circled nodes")
 
@@ -83,8 +93,8 @@ def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
     colours = [BLUE if row.status in ("certified", "solved") else CONTACT for row in rows]
     errors = [(row.relative_true_error, k) for k, row in enumerate(rows) if row.relative_true_error is not None]
     errors = [(error, k) for error, k in errors if np.isfinite(error) and error > _LEAST_DRAWN]
-    floor = min([*(b for b in bounds if b > 0), *(error for error, _ in errors), comparison.tol]) / 10
-    above.barh(position, np.array(bounds) - floor, left=floor, color=colours, height=0.6)
+    floor = min([*(b for b in bounds if b > _LEAST_DRAWN), *(error for error, _ in errors), comparison.tol]) / 10
+    above.barh(position, np.maximum(np.array(bounds) - floor, 0.0), left=floor, color=colours, height=0.6)
     above.axvline(comparison.tol, color=INK, lw=1, ls="--")
     above.plot([error for error, _ in errors], [k for _, k in errors], "D", color=INK, ms=4)
     above.set(
@@ -125,7 +135,10 @@ def plot_disagreement(comparison: Comparison) -> Figure:
     rounding = float(np.finfo(np.float64).eps) * comparison.problem.gap_scale
     floor = max(float(spread.max()) * 10.0**-_DECADES, rounding, _LEAST_DRAWN)
     model = comparison.model
-    if model is None:
+    if isinstance(model, CableNet):
+        figure = new_figure(8.5, plan_height(model.positions) + 1.0)
+        _draw_spread_map(figure.subplots(), comparison, model, floor)
+    elif not isinstance(model, TensionedNet):
         figure = new_figure(8, 4.6)
         _draw_sorted_spread(figure.subplots(), spread, floor)
     elif model.is_line:
@@ -140,29 +153,31 @@ def plot_disagreement(comparison: Comparison) -> Figure:
     return figure
 
 
-def _draw_spread_map(axes: Axes, comparison: Comparison, model: TensionedNet, floor: float) -> None:
+def _draw_spread_map(axes: Axes, comparison: Comparison, model: TensionedNet | CableNet, floor: float) -> None:
     from matplotlib.colors import LogNorm
 
-    lattice, spread = model.lattice, comparison.spread
-    picture = axes.pcolormesh(
-        lattice.x,
-        lattice.y,
-        lattice.scatter(np.maximum(spread, floor)),
-        cmap="viridis",
-        norm=LogNorm(floor, max(float(spread.max()), 10 * floor)),
-        shading="nearest",
-        rasterized=True,
-    )
+    spread = np.maximum(comparison.spread, floor)
+    norm = LogNorm(floor, max(float(spread.max()), 10 * floor))
+    x, y = model.node_x, model.node_y
+    if isinstance(model, CableNet):
+        width, height = np.ptp(model.positions, axis=0)
+        picture: Any = draw_net_spread(axes, model, spread, norm)
+        draw_fixed(axes, model)
+    else:
+        lattice = model.lattice
+        height, width = lattice.shape
+        picture = axes.pcolormesh(
+            lattice.x, lattice.y, lattice.scatter(spread), cmap="viridis", norm=norm, shading="nearest", rasterized=True
+        )
+        draw_frame_outline(axes, model)
     figure = axes.get_figure(root=False)
     assert figure is not None
-    place = "bottom" if lattice.shape[1] > 2 * lattice.shape[0] else "right"
+    place = "bottom" if width > 2 * height else "right"
     figure.colorbar(picture, ax=axes, extend="min", label="difference of gaps (length)", shrink=0.85, location=place)
-    draw_frame_outline(axes, model)
     differing = _differing_nodes(comparison)
     if differing.size:
-        x, y = lattice.node_x[differing], lattice.node_y[differing]
-        axes.scatter(x, y, s=34, facecolors="none", edgecolors=CONTACT, linewidths=1.1)
-    _number_worst(axes, comparison, lattice.node_x, lattice.node_y, 0.05 * max(np.ptp(lattice.x), np.ptp(lattice.y)))
+        axes.scatter(x[differing], y[differing], s=34, facecolors="none", edgecolors=CONTACT, linewidths=1.1)
+    _number_worst(axes, comparison, x, y, 0.05 * max(np.ptp(x), np.ptp(y)))
     axes.set(aspect="equal", xlabel="x", ylabel="y")
     axes.set_title(_caption(differing.size), fontsize="medium")
     tidy(axes)

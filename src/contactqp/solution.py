@@ -13,7 +13,7 @@ from ._checks import Mask, Vector, read_only
 from .active_set.primal_dual import DIRECT_SIZE
 from .certificate import Bracket, Certificate, sharper
 from .judge import Residuals, Status
-from .model import ForceBalance, TensionedNet
+from .model import ContactModel, ForceBalance, TensionedNet
 from .problem import ContactQP
 from .rounding import at_most
 
@@ -35,7 +35,7 @@ class Solution:
     Attributes
     ----------
     problem : ContactQP
-    model : Membrane, Cable or None
+    model : Membrane, Cable, CableNet or None
         None if a bare `ContactQP` was solved.
     backend : str
         Name of the backend that answered.
@@ -71,7 +71,7 @@ class Solution:
     """
 
     problem: ContactQP
-    model: TensionedNet | None
+    model: ContactModel | None
     backend: str
     note: str
     gap: Vector
@@ -147,7 +147,7 @@ class Solution:
     @property
     def contact_pressure(self) -> Vector:
         """ρ = R/Δ² (cable: R/Δ), shape (n,)."""
-        return self.reaction / self._physical("contact_pressure").node_area
+        return self.reaction / self._physical("contact_pressure").area_of_node("contact_pressure")
 
     @property
     def max_slope(self) -> float:
@@ -159,13 +159,19 @@ class Solution:
         """ΣP = ΣR + the frame's pull (force)."""
         return self._physical("force_balance").force_balance(self.gap)
 
-    def _physical(self, attribute: str) -> TensionedNet:
+    def _physical(self, attribute: str) -> ContactModel:
         if self.model is None:
             raise AttributeError(
-                f"{attribute} needs a Membrane or a Cable; "
+                f"{attribute} needs a Membrane, a Cable or a CableNet; "
                 "this solution is of a bare ContactQP, which knows gap and reaction only"
             )
         return self.model
+
+    def _on_lattice(self, attribute: str) -> TensionedNet:
+        model = self._physical(attribute)
+        if not isinstance(model, TensionedNet):
+            raise AttributeError(f"{attribute} needs a Membrane or a Cable; this solution is of {model!r}")
+        return model
 
     def polish(self, *, tol: float | None = None) -> Solution:
         """Return the answer after active sets have gone on from it: exact to rounding once the contact set rests.
@@ -206,7 +212,8 @@ class Solution:
 
         Variables: gap, deflection, support, reaction, contact_pressure, load, gap_lower, gap_upper, reaction_lower,
         reaction_upper, and contact_state (1 certainly in contact, 0 certainly clear, -1 undecided). Where there is no
-        support, gap and its bounds are infinite.
+        support, gap and its bounds are infinite. A cable net's has the dim node, with the coordinates x, y and point,
+        and no contact_pressure.
         """
         from .datasets import solution_dataset
 
@@ -216,7 +223,8 @@ class Solution:
         """Draw the contact map and the middle section with support, deflection and reaction.
 
         The certain states have their own colours: in contact, clear, undecided; a line marks the free boundary.
-        A cable has a section only, and a bare `ContactQP` its gaps and reactions, sorted. The figure shows itself in a
+        A cable has a section only, a cable net its plan and a view in space, and a bare `ContactQP` its gaps and
+        reactions, sorted. The figure shows itself in a
         notebook; elsewhere use ``figure.savefig``.
         """
         from .plotting import plot_solution

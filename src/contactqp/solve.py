@@ -14,7 +14,7 @@ from .backends import choose_backend, get_backend
 from .backends.base import Answer, Stop, Task
 from .errors import ContactWarning, NotCertifiedError
 from .judge import Status, judge, relative_bound
-from .model import TensionedNet, split
+from .model import ContactModel, split
 from .problem import ContactQP
 from .progress import Progress
 from .solution import Solution
@@ -37,7 +37,7 @@ _OUTCOMES = {
 
 
 def solve(
-    problem: ContactQP | TensionedNet,
+    problem: ContactQP | ContactModel,
     backend: str = "auto",
     *,
     tol: float | str = 1e-6,
@@ -51,7 +51,7 @@ def solve(
 
     Parameters
     ----------
-    problem : Membrane, Cable or ContactQP
+    problem : Membrane, Cable, CableNet or ContactQP
         What to solve; it is never modified.
     backend : str
         ``"auto"`` or a name in `backend_names`: ``"osqp"``, ``"clarabel"``, ``"mangasarian"``, ``"psor"``,

@@ -11,7 +11,7 @@ from ._checks import Mask, Vector, finite_number, open_interval, vector
 from .certificate import Certificate
 from .compare import Comparison, compare
 from .judge import Verdict, judge, natural_map
-from .model import TensionedNet
+from .model import ContactModel
 from .problem import ContactQP
 from .solution import Solution
 
@@ -19,14 +19,14 @@ _SHOWN = 5
 """A message shows at most this many of the nodes that fail."""
 
 
-def assert_complementary(problem: ContactQP | TensionedNet, gap: ArrayLike, *, tol: float = 1e-6) -> Verdict:
+def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, tol: float = 1e-6) -> Verdict:
     """Assert that ``gap`` solves the problem: certified within ``tol`` of the gap scale.
 
     For a matrix that is no M-matrix it is enough that the natural residual is within it.
 
     Parameters
     ----------
-    problem : Membrane, Cable or ContactQP
+    problem : Membrane, Cable, CableNet or ContactQP
     gap : array, shape (n,)
         The claimed solution ω (length), from any program.
     tol : float
@@ -57,7 +57,7 @@ def assert_complementary(problem: ContactQP | TensionedNet, gap: ArrayLike, *, t
       min gap 0.1, min reaction 0.1, gap·R 0.72
     """
     __tracebackhide__ = True  # pytest then points at the line of the test
-    algebra = problem.problem if isinstance(problem, TensionedNet) else problem
+    algebra = problem.problem if isinstance(problem, ContactModel) else problem
     omega = vector(gap, algebra.size, "gap")
     verdict = judge(algebra, omega, open_interval(tol, 0.0, 1.0, "tol"))
     if verdict.status.ok:
@@ -78,13 +78,13 @@ def assert_complementary(problem: ContactQP | TensionedNet, gap: ArrayLike, *, t
 
 
 def assert_backends_agree(
-    problem: ContactQP | TensionedNet, backends: Sequence[str] | None = None, *, tol: float = 1e-6
+    problem: ContactQP | ContactModel, backends: Sequence[str] | None = None, *, tol: float = 1e-6
 ) -> Comparison:
     """Assert that all ``backends`` solve the problem, certified to ``tol``, with enclosures that intersect.
 
     Parameters
     ----------
-    problem : Membrane, Cable or ContactQP
+    problem : Membrane, Cable, CableNet or ContactQP
     backends : sequence of str, optional
         Names, see `contactqp.backend_names`; by default the package's own whose methods suit the problem.
     tol : float
@@ -117,7 +117,7 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
     Parameters
     ----------
     certificate : Certificate or Solution
-        The bounds. A solution knows its lattice too, so that messages can give coordinates.
+        The bounds. A solution knows its nodes too, so that messages can give coordinates.
     gap : array, shape (n,)
         The reference ω (length): an exact solution, or another program's.
     slack : float
@@ -273,7 +273,7 @@ def _refuse_other_nodes(first: Solution, second: Solution) -> None:
         )
     if first.model is None or second.model is None:
         return
-    here, there = first.model.lattice, second.model.lattice
+    here, there = first.model, second.model
     moved = np.flatnonzero((here.node_x != there.node_x) | (here.node_y != there.node_y))
     if moved.size:
         raise ValueError(
@@ -312,7 +312,7 @@ def _whose(solution: Solution) -> str:
     return f"{solution.backend}'s answer to {solution.problem if solution.model is None else solution.model!r}"
 
 
-def _worst_difference(problem: ContactQP | TensionedNet, comparison: Comparison) -> str:
+def _worst_difference(problem: ContactQP | ContactModel, comparison: Comparison) -> str:
     if not comparison.pairs:
         return ""
     pair = max(comparison.pairs, key=lambda pair: pair.gap_difference)
@@ -328,6 +328,6 @@ def _worst_difference(problem: ContactQP | TensionedNet, comparison: Comparison)
     )
 
 
-def _name_node(subject: ContactQP | TensionedNet | Certificate | Solution, node: int) -> str:
+def _name_node(subject: ContactQP | ContactModel | Certificate | Solution, node: int) -> str:
     net = subject.model if isinstance(subject, Solution) else subject
-    return net.lattice.describe(node) if isinstance(net, TensionedNet) else f"node {node}"
+    return net.describe(node) if isinstance(net, ContactModel) else f"node {node}"
