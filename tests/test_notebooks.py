@@ -31,6 +31,7 @@ def test_notebooks_are_found():
         "01_quickstart.ipynb",
         "02_solver_comparison.ipynb",
         "03_how_wrong_can_it_be.ipynb",
+        "05_cables_over_ground.ipynb",
     ]
 
 

@@ -133,8 +133,8 @@ class CableNet(ContactModel):
     ) -> CableNet:
         """Return the net of cables along the rows and columns of a lattice.
 
-        It is the net that the paper which contactqp starts from approximates a membrane by: with S = TΔ and P = pΔ² its
-        G and q are those of the `Membrane`.
+        It is the net of orthogonal cables of the paper that contactqp starts from: with S = TΔ and P = pΔ² its G and q
+        are those of the `Membrane`.
 
         Parameters
         ----------
