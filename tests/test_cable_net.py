@@ -227,6 +227,16 @@ def test_segments_between_fixed_points_and_idle_fixed_points_change_nothing():
     np.testing.assert_array_equal(more.problem.G.toarray(), [[5.0]])
     np.testing.assert_allclose(cq.solve(more).deflection, [1.8])
     assert more.max_slope(np.array([1.0 - 1.8])) == pytest.approx(0.8 / 3)
+    # The segment from 0 to 10 has the slope 2, but joins fixed points only; w = (4 + 2 x 10) / 5.
+    steep = star(segments=[*STAR["segments"], [0, 1]], tension=[*STAR["tension"], 7.0], fixed_height=[0.0, 10.0, 0.0])
+    assert cq.solve(steep).max_slope == pytest.approx(4.8 / 3)
+
+
+def test_an_unloaded_net_is_measured_by_how_far_its_frame_leaves_a_plane():
+    assert star(load=0.0, support=100.0, fixed_height=[0.0, 6.0, 0.0]).problem.gap_scale == pytest.approx(4.0)
+    lattice = cq.Lattice(np.ones((1, 1), dtype=bool), 1.0)
+    membrane = cq.Membrane(lattice, 1.0, 0.0, 100.0, frame_height=lambda x, y: 8.0 * (x > 0))
+    assert membrane.problem.gap_scale == pytest.approx(6.0)
 
 
 def test_inputs_are_never_modified_nor_aliased():

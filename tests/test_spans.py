@@ -109,6 +109,24 @@ def test_point_contacts_have_no_length_and_the_reaction_of_statics():
     np.testing.assert_allclose(free["largest_slope"], steepest, atol=1e-11)
 
 
+def test_the_largest_gap_is_one_over_a_support():
+    """Sucked up from ends at 5 by 1 a length: w = 2.5 at x = 1, 0.5 at x = 3, with a ground of 3 below x = 1 only."""
+    support = np.array([3.0, np.inf, np.inf, np.inf, np.inf])
+    cable = cq.Cable(nodes=5, spacing=1.0, tension=1.0, load=-1.0, support=support, frame_height=5.0)
+    span = cable.spans(cq.solve(cable, "active-set")).iloc[0]
+    assert (span["kind"], span["nodes"], span["largest_gap_at"]) == ("free", 5, 1.0)
+    assert span["largest_gap"] == pytest.approx(0.5)
+    assert span["sag"] == 0.0
+
+
+def test_a_free_span_has_no_reaction_even_in_a_rough_answer():
+    cable, _ = gallery.cable_on_floor(nodes=19, contact_starts_after=4)
+    rough = cq.solve(cable, "osqp", tol=1e-2)
+    assert np.abs(rough.reaction[~rough.contact]).max() > 1e-16
+    spans = cable.spans(rough)
+    assert (spans["reaction"][spans["kind"] == "free"] == 0).all()
+
+
 def test_rows_alternate_and_meet_at_contact_nodes():
     bed = cq.profiles.Sampled([0, 3, 7, 12, 15, 20, 26, 30], [0, 1.5, 0.2, 4, 3.5, 4, 0.7, 0])
     cable = cq.Cable(span=30.0, spacing=0.5, tension=2.0, load=0.5, support=bed, frame_height=bed)
