@@ -12,12 +12,19 @@ from ._checks import Mask, Vector, positive_number, read_only, real_array, refus
 from .fields import Field, checked, evaluated, is_function, sample
 from .lattice import Lattice
 from .model import ContactModel, frame_heights
+from .net_arguments import (
+    Numbers,
+    checked_positions,
+    checked_segments,
+    each_positive,
+    fixed_mask,
+    name_segment,
+    refuse_overflow,
+)
 from .stencil import Stencil
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-Numbers = NDArray[np.int64]
 
 
 class CableNet(ContactModel):
@@ -102,20 +109,20 @@ class CableNet(ContactModel):
         fixed: ArrayLike,
         fixed_height: Field = 0.0,
     ) -> None:
-        self.positions: Vector = read_only(_positions(positions))
-        self.segments: Numbers = read_only(_segments(segments, len(self.positions)))
+        self.positions: Vector = read_only(checked_positions(positions))
+        self.segments: Numbers = read_only(checked_segments(segments, len(self.positions)))
         self.length: Vector = read_only(self._lengths())
         if (tension is None) == (force_density is None):
             raise ValueError("give either tension or force_density" + ("" if tension is None else ", not both"))
         if force_density is None:
-            self.tension: Vector = read_only(_each_positive(tension, len(self.segments), "tension"))
+            self.tension: Vector = read_only(each_positive(tension, len(self.segments), "tension"))
             with np.errstate(over="ignore", under="ignore"):
                 self.force_density: Vector = read_only(self.tension / self.length)
         else:
-            self.force_density = read_only(_each_positive(force_density, len(self.segments), "force_density"))
+            self.force_density = read_only(each_positive(force_density, len(self.segments), "force_density"))
             self.tension = read_only(self.force_density * self.length)
-        _refuse_overflow(self.force_density)
-        is_fixed = _fixed_mask(fixed, len(self.positions))
+        refuse_overflow(self.force_density)
+        is_fixed = fixed_mask(fixed, len(self.positions))
         self.fixed: Numbers = read_only(np.flatnonzero(is_fixed))
         self.free: Numbers = read_only(np.flatnonzero(~is_fixed))
         self._number = np.full(len(self.positions), -1, dtype=np.int64)
@@ -336,7 +343,7 @@ class CableNet(ContactModel):
         if not lengths.all():
             k = int(np.argmin(lengths))
             x, y = first[k]
-            raise ValueError(f"{_name(self.segments, k)} has no length: both points lie at ({x:g}, {y:g})")
+            raise ValueError(f"{name_segment(self.segments, k)} has no length: both points lie at ({x:g}, {y:g})")
         refuse_non_finite(lengths, "the segments' length")
         return np.asarray(lengths)
 
@@ -400,92 +407,3 @@ def _pairs(one: Numbers, other: Numbers, nodes: int) -> Numbers:
     """Return the pairs of neighbouring points of which one is a node; those that are no points have number -1."""
     joined = (one >= 0) & (other >= 0) & ((one < nodes) | (other < nodes))
     return np.column_stack([one[joined], other[joined]])
-
-
-def _positions(value: ArrayLike) -> Vector:
-    positions = real_array(value, "positions")
-    if positions.ndim != 2 or positions.shape[1] != 2:
-        raise ValueError(f"positions must have shape (points, 2), got {positions.shape}")
-    bad = np.flatnonzero(~np.isfinite(positions).all(axis=1))
-    if bad.size:
-        x, y = positions[bad[0]]
-        raise ValueError(f"positions must be finite, but point {bad[0]} is ({x:g}, {y:g})")
-    return positions
-
-
-def _segments(value: ArrayLike, points: int) -> Numbers:
-    segments = np.array(value)
-    if segments.ndim != 2 or segments.shape[1] != 2:
-        raise ValueError(f"segments must have shape (segments, 2), got {segments.shape}")
-    if not len(segments):
-        raise ValueError("segments must hold one or more, got shape (0, 2)")
-    if segments.dtype.kind not in "iu":
-        raise TypeError(f"segments must hold point numbers, integers, got dtype {segments.dtype}")
-    outside = np.flatnonzero(((segments < 0) | (segments >= points)).any(axis=1))
-    if outside.size:
-        raise ValueError(f"{_name(segments, outside[0])}: there are {points} points, numbered 0 to {points - 1}")
-    segments = segments.astype(np.int64)
-    loops = np.flatnonzero(segments[:, 0] == segments[:, 1])
-    if loops.size:
-        raise ValueError(f"{_name(segments, loops[0])} joins a point to itself; leave it out")
-    _, first, which = np.unique(np.sort(segments, axis=1), axis=0, return_index=True, return_inverse=True)
-    again = np.flatnonzero(first[which.ravel()] != np.arange(len(segments)))
-    if again.size:
-        raise ValueError(
-            f"{_name(segments, again[0])} repeats segments[{first[which.ravel()[again[0]]]}]; "
-            "give one of them, with their tensions added"
-        )
-    return segments
-
-
-def _name(segments: Numbers, k: int) -> str:
-    return f"segments[{k}] = ({segments[k, 0]}, {segments[k, 1]})"
-
-
-def _each_positive(value: Any, size: int, name: str) -> Vector:
-    """Return a number, repeated, or an array as a vector of numbers > 0."""
-    if np.ndim(value) == 0:
-        return np.full(size, positive_number(value, name))
-    values = real_array(value, name)
-    if values.shape != (size,):
-        raise ValueError(f"{name} must be a number or have shape ({size},), got {values.shape}")
-    refuse_non_finite(values, name)
-    if values.min() <= 0:
-        k = int(np.argmin(values))
-        raise ValueError(f"{name} must be > 0, but {name}[{k}] is {values[k]:g}")
-    return values
-
-
-def _refuse_overflow(force_density: Vector) -> None:
-    if not (np.isfinite(force_density).all() and force_density.min() > 0):
-        raise ValueError(
-            "tension over length is too large or too small for double precision: it goes from "
-            f"{force_density.min():g} to {force_density.max():g}; take other units"
-        )
-
-
-def _fixed_mask(value: ArrayLike, points: int) -> Mask:
-    given = np.asarray(value)
-    if given.ndim != 1:
-        raise ValueError(f"fixed must have one dimension, got shape {given.shape}")
-    if not given.size:
-        raise ValueError("fixed must name one point or more")
-    if given.dtype == np.bool_:
-        if given.shape != (points,):
-            raise ValueError(f"fixed as a mask must have shape ({points},), got {given.shape}")
-        mask = np.array(given)
-    elif given.dtype.kind in "iu":
-        outside = given[(given < 0) | (given >= points)]
-        if outside.size:
-            raise ValueError(
-                f"fixed names point {outside[0]}, but there are {points} points, numbered 0 to {points - 1}"
-            )
-        mask = np.zeros(points, dtype=np.bool_)
-        mask[given] = True
-    else:
-        raise TypeError(f"fixed must hold point numbers or be a mask, got dtype {given.dtype}")
-    if not mask.any():
-        raise ValueError("fixed must name one point or more")
-    if mask.all():
-        raise ValueError(f"all {points} points are fixed: leave one free")
-    return mask
