@@ -131,7 +131,7 @@ def test_foreign_checkpoints_are_refused(tmp_path):
         ({"tensions": [0.0]}, ValueError, "tensions must be > 0, got 0"),
         ({"loads": [1.0], "backend": "ossqp"}, cq.UnknownBackendError, "did you mean 'osqp'"),
         ({"loads": [1.0], "backend": "psor", "bta": 1}, TypeError, "no option 'bta'"),
-        ({"model": HEXAGON.problem, "loads": [1.0]}, TypeError, "model must be a Membrane or a Cable"),
+        ({"model": HEXAGON.problem, "loads": [1.0]}, TypeError, "model must be a Membrane, a Cable or a CableNet"),
     ],
 )
 def test_bad_arguments_say_what_is_wrong(arguments, error, message):
@@ -177,3 +177,22 @@ def test_paths_are_drawn(traced):
     }  # fmt: skip
     picture = traced.plot_touchdown()
     assert "Touchdown loads, known to 0.01" in picture.axes[0].get_title()
+
+
+def test_nets_of_cables_have_paths_too(tmp_path):
+    """The orthogonal net settles node by node as the membrane does."""
+    lattice = cq.Frame.rectangle(6, 6).lattice(1.0)
+    membrane = cq.Membrane(lattice, 1.0, 1.0, 1.0)
+    net = cq.CableNet.orthogonal(lattice, tension=1.0, load=1.0, support=1.0)
+    loads = [0.1, 0.5, 1.0, 2.5]
+    path = cq.trace(net, loads=loads, checkpoint=tmp_path / "net.nc")
+    assert path.to_frame()["contact"].tolist() == cq.trace(membrane, loads=loads).to_frame()["contact"].tolist()
+    exact = cq.events(net, stop=3.0).touchdown
+    np.testing.assert_allclose(exact, cq.events(membrane, stop=3.0).touchdown)
+    touchdown = path.touchdown(width=1e-3)
+    np.testing.assert_allclose(touchdown.load, exact, atol=1e-3)
+    assert touchdown.to_dataset()["load"].dims == ("node",)
+    assert isinstance(touchdown.plot(), Figure)
+    assert path.to_dataset()["gap"].dims == ("load", "node")
+    with pytest.raises(TypeError, match="a tension can be given to a Membrane or a Cable only"):
+        cq.trace(net, tensions=[1.0])

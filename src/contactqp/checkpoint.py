@@ -11,7 +11,7 @@ import numpy as np
 
 from ._checks import Vector
 from .judge import judge
-from .model import TensionedNet
+from .model import ContactModel, TensionedNet
 from .solution import Solution
 from .tolerances import tolerance_of
 from .variation import VARIED
@@ -24,7 +24,7 @@ class Checkpoint:
     ----------
     path : Path
         It is made if it is missing.
-    model : Membrane or Cable
+    model : Membrane, Cable or CableNet
     parameter, backend : str
         See `trace`.
 
@@ -34,7 +34,7 @@ class Checkpoint:
         If the file belongs to another path, or is no checkpoint, or its folder is missing.
     """
 
-    def __init__(self, path: Path, model: TensionedNet, parameter: str, backend: str) -> None:
+    def __init__(self, path: Path, model: ContactModel, parameter: str, backend: str) -> None:
         self._path, self._model, self._parameter, self._backend = path, model, parameter, backend
         if not path.parent.is_dir():
             raise ValueError(f"cannot write the checkpoint {path}: there is no folder {path.parent}; make it first")
@@ -108,11 +108,14 @@ class Checkpoint:
         return solution, int(step["cold_iterations"])
 
 
-def _mark(model: TensionedNet, parameter: str, backend: str) -> str:
+def _mark(model: ContactModel, parameter: str, backend: str) -> str:
     """Return a fingerprint of what a path is made of."""
     digest = hashlib.sha256(f"{parameter} {backend} {model!r}".encode())
     problem = model.problem
-    stencil = model.stencil
-    for data in (stencil.mask, stencil.horizontal, stencil.vertical, problem.q, model.load, model.support):
+    if isinstance(model, TensionedNet):
+        stiffness = [model.stencil.mask, model.stencil.horizontal, model.stencil.vertical]
+    else:
+        stiffness = [problem.G.data, problem.G.indices, problem.G.indptr]
+    for data in (*stiffness, problem.q, model.load, model.support):
         digest.update(np.ascontiguousarray(data).tobytes())
     return digest.hexdigest()

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import Mask, Vector, finite_number
-from .model import TensionedNet
+from .model import ContactModel
 from .progress import Progress
 from .solve import solve
 from .variation import with_load
@@ -48,7 +48,7 @@ class Events:
 
     Attributes
     ----------
-    model : Membrane or Cable
+    model : Membrane, Cable or CableNet
         Its load is multiplied by the factors below.
     start, stop : float
         Range of load factors that was followed.
@@ -62,7 +62,7 @@ class Events:
         Nodes in contact just after ``start``.
     """
 
-    model: TensionedNet
+    model: ContactModel
     start: float
     stop: float
     load: Vector
@@ -110,13 +110,12 @@ class Events:
         """Return the events in order, as a pandas.DataFrame with load, node, x, y and event ("settles" or "lifts")."""
         import pandas as pd
 
-        lattice = self.model.lattice
         return pd.DataFrame(
             {
                 "load": self.load,
                 "node": self.node,
-                "x": lattice.node_x[self.node],
-                "y": lattice.node_y[self.node],
+                "x": self.model.node_x[self.node],
+                "y": self.model.node_y[self.node],
                 "event": np.where(self.settles, "settles", "lifts"),
             }
         )
@@ -130,14 +129,14 @@ class Events:
         )
 
 
-def events(model: TensionedNet, stop: float, *, start: float = 0.0) -> Events:
+def events(model: ContactModel, stop: float, *, start: float = 0.0) -> Events:
     """Follow the solution under a growing load exactly, from one change of the contact set to the next.
 
     Practical up to some 10,000 nodes; a step takes a solve with the factors of G.
 
     Parameters
     ----------
-    model : Membrane or Cable
+    model : Membrane, Cable or CableNet
         The load that is multiplied.
     stop : float
         Load factor at which to stop, > start.
@@ -166,15 +165,15 @@ def events(model: TensionedNet, stop: float, *, start: float = 0.0) -> Events:
     0   1.0     0  settles
     1   3.0     1  settles
     """
-    if not isinstance(model, TensionedNet):
-        raise TypeError(f"model must be a Membrane or a Cable, got {type(model).__name__}")
+    if not isinstance(model, ContactModel):
+        raise TypeError(f"model must be a Membrane, a Cable or a CableNet, got {type(model).__name__}")
     start, stop = finite_number(start, "start"), finite_number(stop, "stop")
     if not start < stop:
         raise ValueError(f"stop must be > start, got start={start:g}, stop={stop:g}")
     unloaded = with_load(model, 0.0).problem
     constant, slope = unloaded.q, np.asarray(model.nodal_load)
     follower = _Follower(unloaded.G, np.column_stack([constant, slope]), model.supported, _TIED * (stop - start))
-    with Progress(f"events · {model.lattice.size} nodes") as progress:
+    with Progress(f"events · {model.size} nodes") as progress:
         follower.begin(start, _exact_gap(with_load(model, start)))
         contact_at_start = ~follower.free
         found: list[tuple[float, int, bool]] = []
@@ -199,7 +198,7 @@ def events(model: TensionedNet, stop: float, *, start: float = 0.0) -> Events:
     )
 
 
-def _exact_gap(model: TensionedNet) -> Vector:
+def _exact_gap(model: ContactModel) -> Vector:
     return solve(model, "active-set", tol=1e-12, on_failure="ignore").gap
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ._checks import Vector, real_array, refuse_non_finite
 from .backends import choose_backend, get_backend
 from .certificate import Bracket
-from .model import TensionedNet
+from .model import ContactModel
 from .progress import Progress
 from .solution import Solution
 from .solve import solve
@@ -39,7 +39,7 @@ class LoadPath:
 
     Attributes
     ----------
-    model : Membrane or Cable
+    model : Membrane, Cable or CableNet
         The model that is varied.
     parameter : str
         ``"load"`` (factor of the model's load), ``"tension"`` or ``"lift"`` (of the support, length).
@@ -51,7 +51,7 @@ class LoadPath:
         Iterations from a cold start, if they were asked for.
     """
 
-    model: TensionedNet
+    model: ContactModel
     parameter: str
     values: Vector
     solutions: tuple[Solution, ...]
@@ -177,7 +177,7 @@ class LoadPath:
 
 
 def trace(
-    model: TensionedNet,
+    model: ContactModel,
     *,
     loads: Iterable[float] | None = None,
     tensions: Iterable[float] | None = None,
@@ -193,12 +193,12 @@ def trace(
 
     Parameters
     ----------
-    model : Membrane or Cable
+    model : Membrane, Cable or CableNet
         What is varied; it is never modified.
     loads : sequence of float, optional
         Factors of the model's load: proportional loading. Give exactly one of loads, tensions and lifts.
     tensions : sequence of float, optional
-        Tensions, > 0.
+        Tensions, > 0; not for a net of cables.
     lifts : sequence of float, optional
         Heights (length) by which the support is lifted.
     backend, tol, on_failure, **options
@@ -227,8 +227,8 @@ def trace(
     >>> path.to_frame()["contact"].tolist(), path.monotone
     ([105, 225, 303], True)
     """
-    if not isinstance(model, TensionedNet):
-        raise TypeError(f"model must be a Membrane or a Cable, got {type(model).__name__}")
+    if not isinstance(model, ContactModel):
+        raise TypeError(f"model must be a Membrane, a Cable or a CableNet, got {type(model).__name__}")
     parameter, values = _chosen({"load": loads, "tension": tensions, "lift": lifts})
     if backend == "auto":
         backend = choose_backend(model.problem)[0]
@@ -242,7 +242,7 @@ def trace(
     settings = {"tol": tol, "on_failure": on_failure, **options}
     solutions = [solution for solution, _ in done]
     cold_iterations = [iterations for _, iterations in done]
-    with Progress(f"{parameter}s · {model.lattice.size} nodes") as progress:
+    with Progress(f"{parameter}s · {model.size} nodes") as progress:
         for value in values[len(done) :]:
             progress.update(f"{parameter} {value:g}, {len(solutions) + 1} of {values.size}")
             varied = VARIED[parameter](model, float(value))
@@ -256,7 +256,7 @@ def trace(
     return LoadPath(model, parameter, values, tuple(solutions), counted)
 
 
-def _cold(model: TensionedNet, backend: str, settings: dict[str, Any], warm: Solution, start: Vector | None) -> int:
+def _cold(model: ContactModel, backend: str, settings: dict[str, Any], warm: Solution, start: Vector | None) -> int:
     return warm.iterations if start is None else solve(model, backend, **settings).iterations
 
 
@@ -293,9 +293,9 @@ def _violations(path: LoadPath) -> Iterable[str]:
         grown = np.where(path.model.supported, second.certificate.lower - first.certificate.upper, -np.inf)
         worst = int(np.argmax(grown))
         if grown[worst] > 0:
-            node = path.model.lattice.describe(worst)
+            node = path.model.describe(worst)
             yield f"the gap grows {between}, by at least {grown[worst]:.2g} at {node}{caution}"
         lifted = np.flatnonzero(first.certificate.contact & second.certificate.clear)
         if lifted.size:
-            node = path.model.lattice.describe(int(lifted[0]))
+            node = path.model.describe(int(lifted[0]))
             yield f"{lifted.size} node(s) lift off {between}, the first {node}{caution}"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .model import TensionedNet
 from .plotting import BLUE, CLEAR, CONTACT, GROUND, INK, draw_frame_outline, new_figure, tidy
 
 if TYPE_CHECKING:
@@ -53,6 +54,8 @@ def plot_path(path: LoadPath) -> Figure:
 def plot_touchdown(touchdown: Touchdown) -> Figure:
     """Draw at which load each node settles: on a membrane a map, on a cable loads along x."""
     model = touchdown.model
+    if not isinstance(model, TensionedNet):
+        return _on_a_plan(touchdown)
     if model.is_line:
         return _along_a_cable(touchdown)
     lattice = model.lattice
@@ -87,10 +90,22 @@ def plot_touchdown(touchdown: Touchdown) -> Figure:
     return figure
 
 
+def _on_a_plan(touchdown: Touchdown) -> Figure:
+    figure = new_figure(8, 6)
+    axes = figure.subplots()
+    x, y, closed = touchdown.model.node_x, touchdown.model.node_y, np.isfinite(touchdown.load)
+    axes.scatter(x[~closed], y[~closed], s=18, facecolors="none", edgecolors=GROUND, linewidths=0.8)
+    picture = axes.scatter(x[closed], y[closed], s=30, c=touchdown.load[closed], cmap="viridis")
+    figure.colorbar(picture, ax=axes, label="load factor at which the node settles", shrink=0.85)
+    axes.set(aspect="equal", xlabel="x", ylabel="y", title=f"Touchdown loads, known to {touchdown.width:.2g}")
+    tidy(axes)
+    return figure
+
+
 def _along_a_cable(touchdown: Touchdown) -> Figure:
     figure = new_figure(9, 4)
     axes = figure.subplots()
-    x = touchdown.model.lattice.node_x
+    x = touchdown.model.node_x
     closed = np.isfinite(touchdown.load)
     axes.vlines(x[closed], touchdown.clear[closed], touchdown.contact[closed], color=GROUND, lw=2)
     axes.plot(x[closed], touchdown.load[closed], ".", color=CONTACT, ms=5)

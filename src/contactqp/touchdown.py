@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._checks import Vector, positive_number
-from .model import TensionedNet
+from .model import ContactModel, TensionedNet
 from .progress import Progress
 from .solution import Solution
 from .solve import solve
@@ -29,7 +29,7 @@ class Touchdown:
 
     Attributes
     ----------
-    model : Membrane or Cable
+    model : Membrane, Cable or CableNet
         Its load is multiplied by the factors below.
     clear, contact : array, shape (n,)
         Largest load factor at which the node is certainly clear, -inf if there is none, and least one at which it
@@ -38,7 +38,7 @@ class Touchdown:
         The load factors that were solved for, ascending.
     """
 
-    model: TensionedNet
+    model: ContactModel
     clear: Vector
     contact: Vector
     loads: Vector
@@ -57,17 +57,20 @@ class Touchdown:
         return np.where(np.isfinite(middle), middle, np.nan)
 
     def to_dataset(self) -> xr.Dataset:
-        """Return clear, contact and load on the net as an xarray.Dataset with dims y and x (a cable: x)."""
+        """Return clear, contact and load as an xarray.Dataset with dims y and x (a cable: x, a net of cables: node)."""
         import xarray as xr
 
-        lattice = self.model.lattice
-        variables = {}
-        for name in ("clear", "contact", "load"):
-            grid = lattice.scatter(getattr(self, name))
-            variables[name] = (("x",), grid[0]) if self.model.is_line else (("y", "x"), grid)
-        coordinates = {"x": np.array(lattice.x)}
-        if not self.model.is_line:
-            coordinates["y"] = np.array(lattice.y)
+        model = self.model
+        columns = {name: getattr(self, name) for name in ("clear", "contact", "load")}
+        if not isinstance(model, TensionedNet):
+            places = {"x": ("node", model.node_x), "y": ("node", model.node_y)}
+            return xr.Dataset({name: ("node", values) for name, values in columns.items()}, places)
+        dims = ("x",) if model.is_line else ("y", "x")
+        grids = {name: model.lattice.scatter(values) for name, values in columns.items()}
+        variables = {name: (dims, grid[0] if model.is_line else grid) for name, grid in grids.items()}
+        coordinates = {"x": np.array(model.lattice.x)}
+        if not model.is_line:
+            coordinates["y"] = np.array(model.lattice.y)
         return xr.Dataset(variables, coordinates)
 
     def plot(self) -> Figure:
@@ -93,7 +96,7 @@ def touchdown_of(path: LoadPath, width: float | None) -> Touchdown:
     if path.findings:
         raise ValueError(f"touchdown loads need a monotone path, but {path.findings[0]}")
     order = np.argsort(path.values)
-    found = _Brackets(path.model, path.model.lattice.size)
+    found = _Brackets(path.model, path.model.size)
     starts: dict[float, Vector] = {}
     for k in order:
         found.add(float(path.values[k]), path.solutions[k])
@@ -104,7 +107,7 @@ def touchdown_of(path: LoadPath, width: float | None) -> Touchdown:
 
 
 class _Brackets:
-    def __init__(self, model: TensionedNet, size: int) -> None:
+    def __init__(self, model: ContactModel, size: int) -> None:
         self.supported = model.supported
         self.clear, self.contact = np.full(size, -np.inf), np.full(size, np.inf)
 
@@ -135,7 +138,7 @@ def _bisect(path: LoadPath, found: _Brackets, starts: dict[float, Vector], width
     """
     backend, tol = path.solutions[0].backend, path.solutions[0].tol
     given_up: set[tuple[float, float]] = set()
-    with Progress(f"touchdown · {path.model.lattice.size} nodes") as progress:
+    with Progress(f"touchdown · {path.model.size} nodes") as progress:
         for _ in range(_MOST_SOLVES):
             bracket = found.widest(width)
             if bracket is None or bracket in given_up:

@@ -7,9 +7,10 @@ from copy import copy
 from typing import Any, TypeVar
 
 from ._checks import finite_number, positive_number, read_only, times
-from .model import TensionedNet
+from .model import ContactModel, TensionedNet
 
-Model = TypeVar("Model", bound=TensionedNet)
+Model = TypeVar("Model", bound=ContactModel)
+Net = TypeVar("Net", bound=TensionedNet)
 
 
 def with_load(model: Model, factor: float) -> Model:
@@ -17,7 +18,7 @@ def with_load(model: Model, factor: float) -> Model:
 
     Parameters
     ----------
-    model : Membrane or Cable
+    model : Membrane, Cable or CableNet
     factor : float
         Of either sign.
 
@@ -32,8 +33,10 @@ def with_load(model: Model, factor: float) -> Model:
     return varied
 
 
-def with_tension(model: Model, tension: float) -> Model:
-    """Return the model under another tension, > 0."""
+def with_tension(model: Net, tension: float) -> Net:
+    """Return a membrane or a cable under another tension, > 0."""
+    if not isinstance(model, TensionedNet):
+        raise TypeError(f"a tension can be given to a Membrane or a Cable only, not to {model!r}; make another net")
     varied = _copied(model)
     varied.tension = positive_number(tension, "tension")
     varied.stencil = model.stencil.scaled(varied.tension / model.tension)
