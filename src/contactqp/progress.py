@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from threading import Thread, Timer
 from types import TracebackType
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 if TYPE_CHECKING:
     from rich.status import Status as RichStatus
@@ -31,6 +31,9 @@ class Progress:
         Whether to show anything; by default only if standard error is a terminal.
     """
 
+    _under_way: ClassVar[list[Progress]] = []
+    """Outermost first: work within work shares one line."""
+
     def __init__(self, title: str, shown: bool | None = None) -> None:
         self.title = title
         self.detail = ""
@@ -39,29 +42,37 @@ class Progress:
         self._status: RichStatus | None = None
 
     def __enter__(self) -> Progress:
+        if self._shown:
+            self._under_way.append(self)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if self in self._under_way:
+            self._under_way.remove(self)
         if self._status is not None:
             self._status.stop()
             self._status = None
 
     def update(self, detail: str | None = None) -> None:
-        """Show ``detail`` and the time elapsed; cheap to call often."""
+        """Show ``detail`` and the time elapsed, after those of the work that this is part of; cheap to call often."""
         if detail is not None:
             self.detail = detail
-        elapsed = time.perf_counter() - self._start
-        if not self._shown or elapsed < _PATIENCE:
+        if not self._shown:
             return
-        if self._status is None:
+        chain = self._under_way if self in self._under_way else [self]
+        outermost = chain[0]
+        elapsed = time.perf_counter() - outermost._start
+        if elapsed < _PATIENCE:
+            return
+        if outermost._status is None:
             from rich.console import Console
 
-            self._status = Console(stderr=True).status("")
-            self._status.start()
-        parts = [self.title, self.detail, f"{elapsed:.0f} s"]
-        self._status.update(" · ".join(part for part in parts if part))
+            outermost._status = Console(stderr=True).status("")
+            outermost._status.start()
+        parts = [part for progress in chain for part in (progress.title, progress.detail)]
+        outermost._status.update(" · ".join(part for part in (*parts, f"{elapsed:.0f} s") if part))
 
 
 def run_interruptibly(
