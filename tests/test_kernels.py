@@ -8,8 +8,9 @@ from strategies import lattice_masks
 
 import contactqp as cq
 from contactqp.layout import Layout
-from contactqp.sor.relaxation import AdaptiveRelaxation, best_factor
-from contactqp.sor.sweepers import LatticeSweeper, SparseSweeper
+from contactqp.sor.relaxation import AdaptiveRelaxation, FreeSetRelaxation, best_factor, young
+from contactqp.sor.spectral import MOST_WORK, jacobi_radius
+from contactqp.sor.sweepers import FreeNodes, LatticeSweeper, SparseSweeper
 from contactqp.stencil import Stencil
 from contactqp.stiffness import SparseStiffness
 
@@ -116,13 +117,12 @@ def test_the_adaptive_factor_approaches_youngs(nodes):
     lattice = cq.Lattice.from_mask(np.ones((nodes, nodes), dtype=bool), 1 / (nodes + 1))
     solution = cq.solve(cq.Membrane(lattice, 1.0, 1.0, np.inf), "psor", history=True)
     best = 2 / (1 + np.sin(np.pi / (nodes + 1)))
-    assert solution.history["relaxation"][-1] == pytest.approx(best, abs=0.5 * (2 - best))
-    assert (np.diff(solution.history["relaxation"]) >= 0).all()
+    assert solution.history["relaxation"][-1] == pytest.approx(best, abs=0.2 * (2 - best))
     scanned = min(
         cq.solve(solution.model, "psor", relaxation=beta, max_iter=1000, on_failure="ignore").iterations
         for beta in (1.7, 1.8, 1.85, 1.9, 1.92, 1.94, 1.96)
     )
-    assert solution.iterations <= 1.4 * scanned
+    assert solution.iterations <= 1.25 * scanned
 
 
 def test_best_factor_is_youngs_formula():
@@ -132,3 +132,81 @@ def test_best_factor_is_youngs_formula():
     for _ in range(9):
         adaptive.observe(1.0)  # steps that do not decay say nothing
     assert adaptive.beta == 1.35
+
+
+def dense_radius(free, across, along):
+    """The twin: the spectral radius of the assembled Jacobi matrix."""
+    number = np.full(np.add(free.shape, 2), -1)
+    number[1:-1, 1:-1][free] = np.arange(free.sum())
+    matrix = np.zeros((free.sum(), free.sum()))
+    for (i, j), weight in (((0, 1), across), ((1, 0), along)):
+        one, other = number[1:-1, 1:-1], number[1 + i : number.shape[0] - 1 + i, 1 + j : number.shape[1] - 1 + j]
+        both = (one >= 0) & (other >= 0)
+        matrix[one[both], other[both]] = matrix[other[both], one[both]] = weight
+    return np.abs(np.linalg.eigvalsh(matrix)).max()
+
+
+@given(mask=lattice_masks(), weights=st.sampled_from([(0.25, 0.25), (0.4, 0.1), (0.5, 0.0), (0.0, 0.5)]))
+def test_the_jacobi_radius_is_never_overestimated(mask, weights):
+    estimate = jacobi_radius(mask, *weights)
+    radius = dense_radius(mask, *weights)
+    assert estimate.mu <= radius + 1e-12
+    assert estimate.products <= MOST_WORK * mask.size
+
+
+@pytest.mark.parametrize("name", ["square", "disk", "channel", "two parts", "line", "anisotropic"])
+def test_the_jacobi_radius_gives_youngs_factor_for_little_work(name):
+    """2 - β, by which sweeps are counted, is right to about a tenth, and no estimate takes more than a few sweeps."""
+    y, x = np.mgrid[-1:1:50j, -1:1:50j]
+    masks = {
+        "disk": x**2 + y**2 < 1,
+        "channel": np.abs(x - y) < 0.3,
+        "two parts": (np.abs(x + 0.5) < 0.3) | (np.abs(x - 0.6) < 0.25),
+        "line": np.ones((1, 300), dtype=bool),
+    }
+    free = masks.get(name, np.ones((50, 50), dtype=bool))
+    weights = {"anisotropic": (0.45, 0.05), "line": (0.5, 0.0)}.get(name, (0.25, 0.25))
+    estimate = jacobi_radius(free, *weights)
+    ratio = (2 - young(estimate.mu)) / (2 - young(dense_radius(free, *weights)))
+    assert 1 - 1e-9 <= ratio <= 1.15
+    assert estimate.products <= 5 * free.sum()
+
+
+def test_no_free_node_or_a_single_one_has_no_coupling():
+    single = np.zeros((9, 9), dtype=bool)
+    assert jacobi_radius(single, 0.25, 0.25).mu == 0.0
+    single[4, 4] = True
+    assert jacobi_radius(single, 0.25, 0.25).mu == 0.0
+
+
+def test_when_an_estimate_is_due():
+    relaxation = FreeSetRelaxation()
+    for _ in range(8):
+        assert not relaxation.due(100)
+        relaxation.observe(1.0)
+    assert not relaxation.due(0)
+    assert relaxation.due(100)
+    relaxation.estimate(FreeNodes(np.ones((10, 10), dtype=bool), 0.25, 0.25))
+    for _ in range(20):
+        relaxation.observe(1.0)
+    assert not relaxation.due(119)
+    assert relaxation.patient  # and looks again later
+    for _ in range(3):
+        relaxation.observe(1.0)
+    assert relaxation.due(121)  # the free set has grown
+    decided = relaxation.beta
+    for sweep in range(20):
+        relaxation.observe(0.99**sweep)  # as if μ were larger
+    assert 2 - relaxation.beta == pytest.approx(0.82 * (2 - decided))
+    assert relaxation.due(101)
+    assert not relaxation.due(100)  # the same nodes would give the same estimate
+    relaxation.observe(0.5, noise=1.0)
+    assert not relaxation.due(1000)  # what rounding moves is no free set
+
+
+def test_the_free_nodes_of_a_sweeper():
+    stencil = Stencil(np.array([[True, True, False, True]]), 1.0, 1.0)
+    sweeper = LatticeSweeper(stencil, np.array([-4.0, 4.0, 4.0]), np.array([True, True, False]))
+    sweeper.sweep(1.0, 1)
+    np.testing.assert_array_equal(sweeper.free().mask[1], [False, True, False, False, True, False])
+    assert SparseSweeper(SparseStiffness(stencil.tocsr()), np.zeros(3), np.ones(3, dtype=bool)).free() is None

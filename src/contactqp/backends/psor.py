@@ -6,6 +6,7 @@ The kernels are in `contactqp.sor`.
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -17,6 +18,7 @@ from ..progress import compiling
 from .base import Answer, Backend, Stop, Task, feasible_start
 
 if TYPE_CHECKING:
+    from ..sor.relaxation import FreeSetRelaxation
     from ..sor.sweepers import Sweeper
 
 _MAX_SWEEPS = 1_000_000
@@ -54,7 +56,9 @@ class Psor(Backend):
         problem, task
             See `Backend.solve`; it starts from zero, or from the warm start.
         relaxation : float in (0, 2) or "auto"
-            The factor β; "auto" raises it while the iteration runs (see `contactqp.sor.relaxation`).
+            The factor β; "auto" takes it on a membrane or a cable from the Jacobi matrix of the free nodes as they
+            settle, and else raises it as the decay of the steps asks for (see `contactqp.sor.relaxation`). The work
+            of estimates counts as sweeps, by the nodes that go through the matrix, in ``iterations`` too.
         order : {"lexicographic", "red-black"}
             Order of the nodes; the second is for membranes and cables only.
         stopping : {"certified", "step", "residual"}
@@ -66,14 +70,15 @@ class Psor(Backend):
             0.001 of the spacing.
         history : bool
             Whether to record after every sweep "step" (length), "residual" (natural residual, length) and
-            "relaxation".
+            "relaxation". An estimate's sweeps repeat the record before it, as they leave the gap alone.
         """
         with compiling("psor"):
-            from ..sor.relaxation import AdaptiveRelaxation
+            from ..sor.relaxation import AdaptiveRelaxation, FreeSetRelaxation
             from ..sor.sweepers import LatticeSweeper, SparseSweeper
 
-        adaptive = AdaptiveRelaxation() if relaxation == "auto" else None
-        beta = adaptive.beta if adaptive else open_interval(relaxation, 0.0, 2.0, "relaxation")
+        adaptive: AdaptiveRelaxation | FreeSetRelaxation | None = None
+        if relaxation != "auto":
+            beta = open_interval(relaxation, 0.0, 2.0, "relaxation")
         one_of(order, ("lexicographic", "red-black"), "order")
         one_of(stopping, ("certified", "step", "residual"), "stopping")
         small = task.tol * task.gap_scale
@@ -95,6 +100,9 @@ class Psor(Backend):
             )
         else:
             sweeper = SparseSweeper(problem.stiffness, problem.q, problem.supported, start, task.length_unit)
+        if relaxation == "auto":
+            adaptive = FreeSetRelaxation() if on_net else AdaptiveRelaxation()
+            beta = adaptive.beta
         rule: _Rule
         if stopping == "certified":
             rule = _CertifiedRule(task)
@@ -105,7 +113,7 @@ class Psor(Backend):
         budget = _MAX_SWEEPS if task.max_iter is None else task.max_iter
         at_once = 1 if history or adaptive else max(1, _NODE_UPDATES_A_CALL // problem.size)
         records: list[tuple[float, float, float]] = []
-        done = 0
+        done, spent, counted = 0, 0.0, 0
         stop, why = Stop.ITERATION_LIMIT, "sweep limit"
         while done < budget:
             count, step = sweeper.sweep(beta, min(at_once, budget - done, rule.patience(done)), rule.small)
@@ -121,6 +129,12 @@ class Psor(Backend):
                 break
             if adaptive:
                 adaptive.observe(step, 8 * rule.rounding)
+                if isinstance(adaptive, FreeSetRelaxation):
+                    spent += _estimated(adaptive, sweeper, budget - done) / problem.size
+                    repeated = math.ceil(spent) - counted
+                    counted += repeated
+                    done += repeated
+                    records.extend(records[-1:] * repeated)
                 beta = adaptive.beta
         names = ("step", "residual", "relaxation")
         columns = np.array(records).reshape(-1, 3).T
@@ -134,6 +148,18 @@ class Psor(Backend):
             history=dict(zip(names, columns, strict=True)) if history else {},
             claimed_solved=stop is Stop.DONE and why != _STALLED,
         )
+
+
+def _estimated(relaxation: FreeSetRelaxation, sweeper: Sweeper, sweeps_left: int) -> float:
+    """Let the factor be estimated if it is time; return the work in nodes."""
+    from ..sor.spectral import MOST_WORK
+
+    if relaxation.patient or sweeps_left <= MOST_WORK:
+        return 0.0
+    free = sweeper.free()
+    if free is None or not relaxation.due(int(np.count_nonzero(free.mask))):
+        return 0.0
+    return relaxation.estimate(free)
 
 
 class _Rule:
@@ -191,7 +217,8 @@ class _CertifiedRule(_Rule):
         self._next_check, self._least, self._stalled = 1, np.inf, 0
 
     def patience(self, done: int) -> int:
-        return self._next_check - done
+        # An estimate of the factor, which counts as sweeps, may have gone past the next check.
+        return max(1, self._next_check - done)
 
     def satisfied(self, sweeper: Sweeper, done: int, step: float, beta: float) -> str | None:
         if done < self._next_check:

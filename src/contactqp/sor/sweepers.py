@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -11,6 +11,22 @@ from ..layout import Layout
 from ..stencil import Stencil
 from ..stiffness import Stiffness
 from . import kernels
+
+
+class FreeNodes(NamedTuple):
+    """Nodes of a net that are not in contact.
+
+    Attributes
+    ----------
+    mask : array of bool, shape (rows + 2, columns + 2)
+        True = free.
+    across, along : float
+        Stiffness of a horizontal and of a vertical arm over G_ii.
+    """
+
+    mask: Mask
+    across: float
+    along: float
 
 
 class Sweeper(Protocol):
@@ -31,6 +47,10 @@ class Sweeper(Protocol):
 
     def gap(self) -> Vector:
         """Return a copy of the gap in node order."""
+        ...
+
+    def free(self) -> FreeNodes | None:
+        """Return the nodes that are not in contact, or None where they are no part of a net of equal arms."""
         ...
 
 
@@ -86,6 +106,11 @@ class LatticeSweeper:
         """See `Sweeper`."""
         return np.asarray(self._omega[1:-1, 1:-1][self._mask])
 
+    def free(self) -> FreeNodes | None:
+        """See `Sweeper`."""
+        # Unsupported nodes lie above their bound of -inf; points that are no nodes rest at zero, as at their bound.
+        return FreeNodes(self._omega > self._lower, self._across, self._along)
+
 
 class SparseSweeper:
     """Sweeps over the rows of a sparse matrix, in their order."""
@@ -123,3 +148,7 @@ class SparseSweeper:
     def gap(self) -> Vector:
         """See `Sweeper`."""
         return self._omega.copy()
+
+    def free(self) -> FreeNodes | None:
+        """See `Sweeper`."""
+        return None
