@@ -8,6 +8,7 @@ from strategies import lattice_masks
 
 import contactqp as cq
 from contactqp.layout import Layout
+from contactqp.sor import spectral_kernels
 from contactqp.sor.relaxation import AdaptiveRelaxation, FreeSetRelaxation, best_factor, young
 from contactqp.sor.spectral import MOST_WORK, jacobi_radius
 from contactqp.sor.sweepers import FreeNodes, LatticeSweeper, SparseSweeper
@@ -134,8 +135,8 @@ def test_best_factor_is_youngs_formula():
     assert adaptive.beta == 1.35
 
 
-def dense_radius(free, across, along):
-    """The twin: the spectral radius of the assembled Jacobi matrix."""
+def dense_jacobi(free, across, along):
+    """The assembled Jacobi matrix of the free nodes."""
     number = np.full(np.add(free.shape, 2), -1)
     number[1:-1, 1:-1][free] = np.arange(free.sum())
     matrix = np.zeros((free.sum(), free.sum()))
@@ -143,7 +144,12 @@ def dense_radius(free, across, along):
         one, other = number[1:-1, 1:-1], number[1 + i : number.shape[0] - 1 + i, 1 + j : number.shape[1] - 1 + j]
         both = (one >= 0) & (other >= 0)
         matrix[one[both], other[both]] = matrix[other[both], one[both]] = weight
-    return np.abs(np.linalg.eigvalsh(matrix)).max()
+    return matrix
+
+
+def dense_radius(free, across, along):
+    """The twin: the spectral radius of the assembled matrix."""
+    return np.abs(np.linalg.eigvalsh(dense_jacobi(free, across, along))).max()
 
 
 @given(mask=lattice_masks(), weights=st.sampled_from([(0.25, 0.25), (0.4, 0.1), (0.5, 0.0), (0.0, 0.5)]))
@@ -170,6 +176,106 @@ def test_the_jacobi_radius_gives_youngs_factor_for_little_work(name):
     ratio = (2 - young(estimate.mu)) / (2 - young(dense_radius(free, *weights)))
     assert 1 - 1e-9 <= ratio <= 1.15
     assert estimate.products <= 5 * free.sum()
+
+
+def ranges_of(net):
+    ranges = np.empty((len(net), 2), dtype=np.int64)
+    spectral_kernels.row_ranges(net, ranges)
+    return ranges
+
+
+def interpolation(length, block):
+    """The twin, along one axis: the matrix from values in the middles of blocks, zero beyond the ends, to points."""
+    if block == 1:
+        return np.eye(length)
+    blocks = -(-length // 2)
+    middles = 2 * np.arange(-1, blocks + 1) + 0.5
+    values = [np.interp(np.arange(length), middles, unit) for unit in np.eye(blocks + 2)[1:-1]]
+    return np.transpose(values)
+
+
+def test_ranges_of_rows_by_hand():
+    net = np.pad(np.array([[False, True, False, True], [False] * 4, [True] * 4]), 1)
+    np.testing.assert_array_equal(ranges_of(net)[1:-1], [[2, 5], [1, 1], [1, 5]])
+
+
+@given(mask=lattice_masks(), high=st.integers(1, 2), wide=st.integers(1, 2), seed=st.integers(0, 999))
+def test_coarser_nets_and_interpolation_match_their_twins(mask, high, wide, seed):
+    net = np.pad(mask, 1)
+    shape = (-(-mask.shape[0] // high), -(-mask.shape[1] // wide))
+    blocks = np.zeros((shape[0] * high, shape[1] * wide))
+    blocks[: mask.shape[0], : mask.shape[1]] = mask
+    twin = blocks.reshape(shape[0], high, shape[1], wide).mean(axis=(1, 3)) >= 0.75
+    coarser = np.zeros(np.add(shape, 2), dtype=bool)
+    assert spectral_kernels.coarsen(net, high, wide, coarser) == twin.sum()
+    np.testing.assert_array_equal(coarser, np.pad(twin, 1))
+    coarse = np.random.default_rng(seed).normal(size=shape)
+    twin = interpolation(mask.shape[0], high) @ coarse @ interpolation(mask.shape[1], wide).T
+    fine = np.zeros(net.shape)
+    squares = spectral_kernels.prolong(np.pad(coarse, 1), high, wide, net, ranges_of(net), fine)
+    np.testing.assert_allclose(fine, np.pad(np.abs(twin) * mask, 1), atol=1e-14)
+    assert squares == pytest.approx(np.sum((twin * mask) ** 2))
+
+
+@given(size=st.integers(1, 40), seed=st.integers(0, 999))
+def test_the_largest_eigenpair_matches_its_twin(size, seed):
+    rng = np.random.default_rng(seed)
+    diagonal, beside = rng.normal(size=size), rng.uniform(0.01, 1, size=size)
+    matrix = np.diag(diagonal) + np.diag(beside[:-1], 1) + np.diag(beside[:-1], -1)
+    values = np.linalg.eigvalsh(matrix)
+    vector = np.empty(size)
+    value = spectral_kernels.largest_eigenpair(diagonal, beside, size, vector)
+    assert value == pytest.approx(values[-1], abs=1e-13)
+    np.testing.assert_allclose(matrix @ vector, value * vector, atol=1e-12)
+    assert np.linalg.norm(vector) == pytest.approx(1)
+    assert (vector > 0).all()
+
+
+def twin_lanczos(matrix, start, fewest, most, ratio):
+    """Ritz values in a basis that is made orthogonal twice; the number of steps, the last value and its vector."""
+    basis = start[:, None] / np.linalg.norm(start)
+    while True:
+        values, vectors = np.linalg.eigh(basis.T @ matrix @ basis)
+        steps, mu = basis.shape[1], values[-1]
+        new = matrix @ basis[:, -1]
+        for _ in range(2):
+            new = new - basis @ (basis.T @ new)
+        enough = max(fewest, ratio / np.sqrt(max(1 - mu, 1e-12)))
+        if steps >= min(most, enough) or np.linalg.norm(new) <= 1e-10:
+            return steps, mu, basis @ vectors[:, -1]
+        basis = np.column_stack([basis, new / np.linalg.norm(new)])
+
+
+@pytest.mark.parametrize("weights", [(0.25, 0.25), (0.4, 0.1), (0.5, 0.0)])
+@pytest.mark.parametrize(("fewest", "most"), [(3, 40), (2, 2), (1, 1), (12, 12)])
+def test_lanczos_steps_match_their_twin(weights, fewest, most):
+    y, x = np.mgrid[-1:1:23j, -1:1:31j]
+    for mask in (x**2 + y**2 < 0.9, np.abs(x - y) < 0.4, np.abs(x) > 0.3):
+        net = np.pad(mask, 1)
+        start = np.zeros(net.shape)
+        start[net] = np.random.default_rng(7).uniform(0.5, 2, size=mask.sum())
+        steps, mu, vector = twin_lanczos(dense_jacobi(mask, *weights), start[net], fewest, most, 1.6)
+        for slots in (3, most + 1):
+            basis, ritz = np.zeros((max(slots, 3), *net.shape)), np.zeros(net.shape)
+            basis[0] = start
+            arguments = (*weights, fewest, most, 1.6, ritz)
+            assert spectral_kernels.lanczos(net, ranges_of(net), basis, *arguments) == (
+                pytest.approx(mu, abs=1e-13),
+                steps,
+            )
+        np.testing.assert_allclose(ritz[net], vector * np.sign(vector.sum()), atol=1e-10)
+        np.testing.assert_array_equal(ritz[~net], 0)
+        moment = spectral_kernels.moment(ranges_of(net), ritz, *weights)
+        assert moment == pytest.approx(mu, abs=1e-13)
+
+
+def test_lanczos_steps_end_with_the_krylov_space():
+    """Ones on a ring of four nodes are an eigenvector: each node has two neighbours."""
+    net = np.pad(np.ones((2, 2), dtype=bool), 1)
+    basis, ritz = np.zeros((41, *net.shape)), np.zeros(net.shape)
+    basis[0] = 3.0 * net
+    assert spectral_kernels.lanczos(net, ranges_of(net), basis, 0.25, 0.25, 3, 40, 1.6, ritz) == (0.5, 1)
+    np.testing.assert_allclose(ritz, 0.5 * net)
 
 
 def test_no_free_node_or_a_single_one_has_no_coupling():

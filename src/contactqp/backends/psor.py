@@ -152,9 +152,11 @@ class Psor(Backend):
 
 def _estimated(relaxation: FreeSetRelaxation, sweeper: Sweeper, sweeps_left: int) -> float:
     """Let the factor be estimated if it is time; return the work in nodes."""
+    if relaxation.patient:
+        return 0.0
     from ..sor.spectral import MOST_WORK
 
-    if relaxation.patient or sweeps_left <= MOST_WORK:
+    if sweeps_left <= MOST_WORK:
         return 0.0
     free = sweeper.free()
     if free is None or not relaxation.due(int(np.count_nonzero(free.mask))):
