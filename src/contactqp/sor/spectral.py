@@ -9,8 +9,8 @@ quotient there: what is lost on the way makes the bound less sharp, but not wron
 
 Work is counted in nodes that go through the matrix, as sweeps count theirs; the passes that coarsen, interpolate and
 orthogonalise are not. On the clock an estimate takes 0.05 ms with 63 nodes on a side, 0.3 ms with 255 and 3 ms with a
-thousand, and at most forty with a million nodes that cannot be coarsened. That is two to ten times as long as the
-sweeps it counts as, more on small nets, and all estimates of a solve are 1 to 4 % of its time (hexagon and bowls, warm).
+thousand, and some forty with a million nodes that cannot be coarsened. That is two to ten times as long as the sweeps
+it counts as, more on small nets. All estimates of a solve are 1 to 4 % of its time (hexagon and bowls, warm).
 """
 
 from __future__ import annotations
@@ -72,6 +72,7 @@ def jacobi_radius(free: Mask, across: float, along: float) -> Radius:
     --------
     On a square of n x n nodes μ = cos(π/(n + 1)):
 
+    >>> import math
     >>> free = np.ones((63, 63), dtype=bool)
     >>> estimate = jacobi_radius(free, 0.25, 0.25)
     >>> round((1 - estimate.mu) / (1 - math.cos(math.pi / 64)), 2)
