@@ -10,7 +10,7 @@ import contactqp as cq
 from contactqp.layout import Layout
 from contactqp.sor import spectral_kernels
 from contactqp.sor.relaxation import AdaptiveRelaxation, FreeSetRelaxation, best_factor, young
-from contactqp.sor.spectral import MOST_WORK, jacobi_radius
+from contactqp.sor.spectral import MOST_WORK, Net, jacobi_radius, largest_eigenpair
 from contactqp.sor.sweepers import FreeNodes, LatticeSweeper, SparseSweeper
 from contactqp.stencil import Stencil
 from contactqp.stiffness import SparseStiffness
@@ -178,12 +178,6 @@ def test_the_jacobi_radius_gives_youngs_factor_for_little_work(name):
     assert estimate.products <= 5 * free.sum()
 
 
-def ranges_of(net):
-    ranges = np.empty((len(net), 2), dtype=np.int64)
-    spectral_kernels.row_ranges(net, ranges)
-    return ranges
-
-
 def interpolation(length, block):
     """The twin, along one axis: the matrix from values in the middles of blocks, zero beyond the ends, to points."""
     if block == 1:
@@ -194,27 +188,46 @@ def interpolation(length, block):
     return np.transpose(values)
 
 
-def test_ranges_of_rows_by_hand():
-    net = np.pad(np.array([[False, True, False, True], [False] * 4, [True] * 4]), 1)
-    np.testing.assert_array_equal(ranges_of(net)[1:-1], [[2, 5], [1, 1], [1, 5]])
-
-
 @given(mask=lattice_masks(), high=st.integers(1, 2), wide=st.integers(1, 2), seed=st.integers(0, 999))
-def test_coarser_nets_and_interpolation_match_their_twins(mask, high, wide, seed):
+def test_interpolation_matches_its_twin(mask, high, wide, seed):
+    coarse = np.random.default_rng(seed).normal(size=(-(-mask.shape[0] // high), -(-mask.shape[1] // wide)))
+    twin = interpolation(mask.shape[0], high) @ coarse @ interpolation(mask.shape[1], wide).T
     net = np.pad(mask, 1)
+    fine = np.zeros(net.shape)
+    squares = spectral_kernels.prolong(np.pad(coarse, 1), high, wide, net, fine)
+    np.testing.assert_allclose(fine, np.pad(np.abs(twin) * mask, 1), atol=1e-14)
+    assert squares == pytest.approx(np.sum((twin * mask) ** 2))
+
+
+@given(mask=lattice_masks(), across=st.booleans(), along=st.booleans())
+def test_points_of_coarser_nets_have_three_quarters_of_their_nodes(mask, across, along):
+    net = Net(np.pad(mask, 1))
+    coarser = net.coarser(across, along)
+    high, wide = net.block
     shape = (-(-mask.shape[0] // high), -(-mask.shape[1] // wide))
     blocks = np.zeros((shape[0] * high, shape[1] * wide))
     blocks[: mask.shape[0], : mask.shape[1]] = mask
-    twin = blocks.reshape(shape[0], high, shape[1], wide).mean(axis=(1, 3)) >= 0.75
-    coarser = np.zeros(np.add(shape, 2), dtype=bool)
-    assert spectral_kernels.coarsen(net, high, wide, coarser) == twin.sum()
-    np.testing.assert_array_equal(coarser, np.pad(twin, 1))
-    coarse = np.random.default_rng(seed).normal(size=shape)
-    twin = interpolation(mask.shape[0], high) @ coarse @ interpolation(mask.shape[1], wide).T
-    fine = np.zeros(net.shape)
-    squares = spectral_kernels.prolong(np.pad(coarse, 1), high, wide, net, ranges_of(net), fine)
-    np.testing.assert_allclose(fine, np.pad(np.abs(twin) * mask, 1), atol=1e-14)
-    assert squares == pytest.approx(np.sum((twin * mask) ** 2))
+    share = blocks.reshape(shape[0], high, shape[1], wide).mean(axis=(1, 3))
+    np.testing.assert_array_equal(coarser.mask, np.pad(share >= 0.75, 1))
+    assert coarser.nodes == coarser.mask.sum()
+
+
+@given(mask=lattice_masks(), weights=st.sampled_from([(0.25, 0.25), (0.4, 0.1)]), seed=st.integers(0, 999))
+def test_a_lanczos_step_matches_its_twin(mask, weights, seed):
+    rng = np.random.default_rng(seed)
+    net = np.pad(mask, 1)
+    vector, before, product = np.zeros((3, *net.shape))
+    vector[net], before[net] = rng.normal(size=(2, mask.sum()))
+    scale, back = 1 / np.linalg.norm(vector), rng.uniform()
+    unit = scale * vector[net]
+    image = dense_jacobi(mask, *weights) @ unit
+    lines = (grid.ravel() for grid in (vector, before, product))
+    diagonal, length = spectral_kernels.lanczos_step(net.ravel(), net.shape[1], *lines, *weights, scale, back)
+    twin = image - (unit @ image) * unit - back * before[net]
+    assert diagonal == pytest.approx(unit @ image, abs=1e-14)
+    assert length == pytest.approx(np.linalg.norm(twin))
+    np.testing.assert_allclose(product[net], twin, atol=1e-14)
+    np.testing.assert_array_equal(product[~net], 0)
 
 
 @given(size=st.integers(1, 40), seed=st.integers(0, 999))
@@ -223,8 +236,7 @@ def test_the_largest_eigenpair_matches_its_twin(size, seed):
     diagonal, beside = rng.normal(size=size), rng.uniform(0.01, 1, size=size)
     matrix = np.diag(diagonal) + np.diag(beside[:-1], 1) + np.diag(beside[:-1], -1)
     values = np.linalg.eigvalsh(matrix)
-    vector = np.empty(size)
-    value = spectral_kernels.largest_eigenpair(diagonal, beside, size, vector)
+    value, vector = largest_eigenpair(diagonal.tolist(), beside[:-1].tolist())
     assert value == pytest.approx(values[-1], abs=1e-13)
     np.testing.assert_allclose(matrix @ vector, value * vector, atol=1e-12)
     assert np.linalg.norm(vector) == pytest.approx(1)
@@ -251,31 +263,25 @@ def twin_lanczos(matrix, start, fewest, most, ratio):
 def test_lanczos_steps_match_their_twin(weights, fewest, most):
     y, x = np.mgrid[-1:1:23j, -1:1:31j]
     for mask in (x**2 + y**2 < 0.9, np.abs(x - y) < 0.4, np.abs(x) > 0.3):
-        net = np.pad(mask, 1)
-        start = np.zeros(net.shape)
-        start[net] = np.random.default_rng(7).uniform(0.5, 2, size=mask.sum())
-        steps, mu, vector = twin_lanczos(dense_jacobi(mask, *weights), start[net], fewest, most, 1.6)
-        for slots in (3, most + 1):
-            basis, ritz = np.zeros((max(slots, 3), *net.shape)), np.zeros(net.shape)
-            basis[0] = start
-            arguments = (*weights, fewest, most, 1.6, ritz)
-            assert spectral_kernels.lanczos(net, ranges_of(net), basis, *arguments) == (
-                pytest.approx(mu, abs=1e-13),
-                steps,
-            )
-        np.testing.assert_allclose(ritz[net], vector * np.sign(vector.sum()), atol=1e-10)
-        np.testing.assert_array_equal(ritz[~net], 0)
-        moment = spectral_kernels.moment(ranges_of(net), ritz, *weights)
-        assert moment == pytest.approx(mu, abs=1e-13)
+        net = Net(np.pad(mask, 1))
+        start = net.ones()
+        start[net.mask] = np.random.default_rng(7).uniform(0.5, 2, size=mask.sum())
+        steps, mu, vector = twin_lanczos(dense_jacobi(mask, *weights), start[net.mask], fewest, most, 1.6)
+        value = (pytest.approx(mu, abs=1e-13), steps)
+        assert net.lanczos(start, *weights, fewest, most, with_vector=False)[:2] == value
+        *found, ritz = net.lanczos(start, *weights, fewest, most)
+        assert tuple(found) == value
+        np.testing.assert_allclose(ritz[net.mask], vector * np.sign(vector.sum()), atol=1e-10)
+        np.testing.assert_array_equal(ritz[~net.mask], 0)
+        assert net.moment(ritz, *weights) == pytest.approx(mu, abs=1e-13)
 
 
 def test_lanczos_steps_end_with_the_krylov_space():
     """Ones on a ring of four nodes are an eigenvector: each node has two neighbours."""
-    net = np.pad(np.ones((2, 2), dtype=bool), 1)
-    basis, ritz = np.zeros((41, *net.shape)), np.zeros(net.shape)
-    basis[0] = 3.0 * net
-    assert spectral_kernels.lanczos(net, ranges_of(net), basis, 0.25, 0.25, 3, 40, 1.6, ritz) == (0.5, 1)
-    np.testing.assert_allclose(ritz, 0.5 * net)
+    net = Net(np.pad(np.ones((2, 2), dtype=bool), 1))
+    mu, steps, ritz = net.lanczos(3 * net.ones(), 0.25, 0.25, 3, 40)
+    assert (mu, steps) == (pytest.approx(0.5, abs=1e-15), 1)
+    np.testing.assert_allclose(ritz, 0.5 * net.ones())
 
 
 def test_no_free_node_or_a_single_one_has_no_coupling():
