@@ -286,6 +286,6 @@ def test_the_list_of_backends_and_the_help():
     assert "mangasarian" in result.output
     assert "Z-matrix" in result.output
     help_text = run("--help").output
-    for command in ("compare", "solve", "backends"):
+    for command in ("compare", "solve", "paper", "backends"):
         assert command in help_text
     assert "Exit code 0" in run("compare", "--help").output

@@ -1,4 +1,4 @@
-"""The command line: ``contactqp compare``, ``contactqp solve``, ``contactqp backends``."""
+"""The command line: ``contactqp compare``, ``contactqp solve``, ``contactqp paper``, ``contactqp backends``."""
 
 from __future__ import annotations
 
@@ -100,6 +100,33 @@ def solve(
             solution.plot().savefig(plot, dpi=150)
             typer.echo(f"picture: {plot}")
     raise typer.Exit(EXIT_OK if solution.status.ok else EXIT_NOT_CERTIFIED)
+
+
+@app.command()
+def paper(
+    out: Annotated[
+        Path, typer.Option(help="Folder for table, maps and pictures; made if missing.", metavar="FOLDER")
+    ] = Path("paper"),
+) -> None:
+    """Solve the paper's hexagon at the ten loads of its Table 1, and write table and figures into a folder.
+
+    The rigid surface is a surrogate consistent with Table 1, not a reproduction.
+
+    Exit code 0: all certified, contact sets nested and the same by all backends; 1: not; 2: bad input.
+    """
+    from .paper.folder import CAPTIONS, prepare_folder, write_folder
+
+    with _bad_input():
+        prepare_folder(out)
+        from .paper.reproduction import reproduce
+        from .paper.table import print_table
+
+        found = reproduce()
+        print_table(found)
+        typer.echo("")
+        for file in write_folder(found, out):
+            typer.echo(f"{file}: {CAPTIONS.get(file.name, 'Each file and its caption.')}")
+    raise typer.Exit(EXIT_OK if found.ok else EXIT_NOT_CERTIFIED)
 
 
 @app.command()
