@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 _CLOSING = {"load": 1, "tension": -1, "lift": 1}
 """Whether gaps shrink as the parameter grows, if the load nowhere pulls upwards."""
 
+_DATA_ROUNDING = 8 * float(np.finfo(np.float64).eps)
+"""Rounding of q = P + b - G f as it is stored, over the forces that it is the sum of."""
+
 
 @dataclass(frozen=True, eq=False)
 class LoadPath:
@@ -79,7 +82,7 @@ class LoadPath:
 
         Under a load that nowhere pulls upwards gaps only shrink and contact only grows as the load grows or the tension
         falls; under any load they do as the support is lifted. A violation is proven if the enclosures exclude the
-        contrary. Where nothing is promised, a finding says so.
+        contrary, by more than the rounding of the stored data explains. Where nothing is promised, a finding says so.
         """
         return tuple(_violations(self))
 
@@ -169,11 +172,18 @@ class LoadPath:
 
         return plot_touchdown(self.touchdown(width))
 
+    @property
+    def verdict(self) -> str:
+        """The first finding and the number of others, or that there is none."""
+        if not self.findings:
+            return "no violation of monotonicity"
+        others = len(self.findings) - 1
+        return self.findings[0] + (f"; and {others} more finding{'s' if others > 1 else ''}" if others else "")
+
     def __repr__(self) -> str:
         table = self.to_frame()[["status", "relative_bound", "contact", "undecided", "max_deflection", "iterations"]]
         text = table.to_string(float_format=lambda number: f"{number:.4g}")
-        last = "; ".join(self.findings) or "no violation of monotonicity"
-        return f"LoadPath({self.model!r}, {len(self.solutions)} {self.parameter}s)\n{text}\n{last}"
+        return f"LoadPath({self.model!r}, {len(self.solutions)} {self.parameter}s)\n{text}\n{self.verdict}"
 
 
 def trace(
@@ -290,12 +300,25 @@ def _violations(path: LoadPath) -> Iterable[str]:
         if first.certificate is None or second.certificate is None:
             continue
         between = f"between {path.parameter} {path.values[earlier]:g} and {path.values[later]:g}"
-        grown = np.where(path.model.supported, second.certificate.lower - first.certificate.upper, -np.inf)
+        noise = _rounding_of_data(first) + _rounding_of_data(second)
+        grown = np.where(path.model.supported, second.certificate.lower - first.certificate.upper - noise, -np.inf)
         worst = int(np.argmax(grown))
         if grown[worst] > 0:
             node = path.model.describe(worst)
             yield f"the gap grows {between}, by at least {grown[worst]:.2g} at {node}{caution}"
-        lifted = np.flatnonzero(first.certificate.contact & second.certificate.clear)
+        lifted = np.flatnonzero(first.certificate.contact & (second.certificate.lower > noise) & path.model.supported)
         if lifted.size:
             node = path.model.describe(int(lifted[0]))
             yield f"{lifted.size} node(s) lift off {between}, the first {node}{caution}"
+
+
+def _rounding_of_data(solution: Solution) -> Vector:
+    """Bound how far the rounding of q moves the exact gap: by G⁻¹ of it, which a barrier v with s = Gv > 0 bounds."""
+    problem, model = solution.problem, solution.model
+    assert model is not None  # every solution of a path has one
+    barrier = problem.barrier
+    if barrier is None:  # then there is no certificate that could prove anything
+        return np.zeros(problem.size)
+    held = problem.stiffness.diagonal() * float(np.abs(model.padded_deflection(np.zeros(problem.size))).max())
+    force = _DATA_ROUNDING * (np.abs(model.nodal_load) + 2 * held)
+    return np.asarray(float((force / barrier.s).max()) * barrier.v)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,7 +48,8 @@ def plot_path(path: LoadPath) -> Figure:
         place.set_xlabel(_NAMES[path.parameter])
     for place in axes.flat:
         tidy(place)
-    figure.suptitle("; ".join(path.findings) or f"{len(path.values)} {path.parameter}s, no violation of monotonicity")
+    # Findings are long sentences, and the title must not be wider than the figure.
+    figure.suptitle(fill(f"{len(path.values)} {path.parameter}s: {path.verdict}", 110), fontsize="medium")
     return figure
 
 
