@@ -31,7 +31,9 @@ def test_notebooks_are_found():
         "01_quickstart.ipynb",
         "02_solver_comparison.ipynb",
         "03_how_wrong_can_it_be.ipynb",
+        "04_the_paper.ipynb",
         "05_cables_over_ground.ipynb",
+        "06_load_paths_and_touchdown.ipynb",
     ]
 
 
