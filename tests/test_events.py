@@ -103,6 +103,30 @@ def test_factors_with_a_border_are_as_good_as_new_ones(monkeypatch):
     np.testing.assert_allclose(with_border.load, anew.load, rtol=1e-10)
 
 
+@pytest.mark.parametrize("stop", [4.0, 1e6, 1e11])
+def test_events_do_not_merge_because_the_range_is_long(stop):
+    assert listed(cq.events(cable(1.0, [1.0, 2.0]), stop=stop)) == [(1.0, 0, True), (3.0, 1, True)]
+
+
+def test_one_deep_node_does_not_spoil_the_others():
+    deep, none = (cq.events(cable(1.0, [depth, np.inf, np.inf, 2, 3, 2.5]), stop=10) for depth in (1e12, np.inf))
+    assert deep.node.tolist() == none.node.tolist() == [3, 4, 5]
+    np.testing.assert_allclose(deep.load, none.load, rtol=1e-3)
+
+
+def test_contact_peels_off_a_flat_floor_node_by_node():
+    load = np.zeros(301)
+    load[150] = -1.0
+    found = cq.events(cable(load, np.zeros(301)), stop=1.0)
+    assert found.contact_at_start.sum() == 0
+
+
+def test_what_a_node_undoes_at_once_is_no_event():
+    found = cq.events(cable([1.0, 1, -2, -1, 2], np.zeros(5)), stop=1.0, start=-1.0)
+    pairs = set(zip(found.load.tolist(), found.node.tolist(), strict=True))
+    assert len(pairs) == found.load.size
+
+
 def test_nothing_happens_where_there_is_no_support():
     found = cq.events(cable(1.0, [np.inf, np.inf]), stop=10.0)
     assert found.load.size == 0

@@ -67,6 +67,12 @@ def test_tensions_and_lifts_vary_the_model():
     assert with_load(HEXAGON, 0.5).load[0] == 0.5
 
 
+def test_rounding_of_the_data_is_no_violation():
+    assert cq.trace(cq.gallery.paper_hexagon(0.03), lifts=np.arange(0, 0.5, 0.05), tol=1e-9).monotone
+    assert cq.trace(cq.gallery.spiral(15), tensions=[1, 2, 3, 5, 7], tol=1e-9).monotone
+    assert cq.trace(cq.gallery.ball(15)[0], tensions=[1.0, 2, 3, 5, 7, 11], tol=1e-9).monotone
+
+
 def test_violations_are_found_where_nothing_is_promised():
     """P = λ(1, -1) over f = (1, -1/2): node 1 lifts at λ = 3/2 and rises with the load."""
     cable = cq.Cable(nodes=2, spacing=1.0, tension=1.0, load=[1.0, -1.0], support=[1.0, -0.5])
@@ -104,6 +110,30 @@ def test_an_interrupted_path_is_resumed(tmp_path, monkeypatch):
     cq.trace(HEXAGON, loads=[0.01, 0.025], checkpoint=file)
     assert calls[-1] == 0.025
     assert [file] == list(tmp_path.iterdir())
+    with pytest.raises(ValueError, match=r"begins with load 0\.01, not 0\.05; remove it or name another"):
+        cq.trace(HEXAGON, loads=[0.05], checkpoint=file)
+
+
+def test_a_resumed_path_keeps_to_what_is_asked_for(tmp_path):
+    """Answers that are no longer good enough are solved again, and cold iterations counted where they were not."""
+    file, loads = tmp_path / "path.nc", [0.01, 0.02]
+    cq.trace(HEXAGON, loads=loads, backend="psor", tol=1e-2, checkpoint=file)
+    path = cq.trace(HEXAGON, loads=loads, backend="psor", tol=1e-9, checkpoint=file, on_failure="raise", cold=True)
+    assert [solution.status.value for solution in path.solutions] == ["certified", "certified"]
+    assert min(path.cold_iterations) > 0
+    with pytest.raises(ValueError, match="on_failure must be one of"):
+        cq.trace(HEXAGON, loads=loads, backend="psor", checkpoint=file, on_failure="xx")
+    with pytest.warns(cq.ContactWarning, match="iteration limit"):
+        cq.trace(HEXAGON, loads=[0.05], backend="psor", max_iter=2)
+
+
+def test_transposed_lattices_have_checkpoints_of_their_own(tmp_path):
+    def model(shape):
+        return cq.Membrane(cq.Lattice(np.ones(shape, dtype=bool), 1.0), 1.0, 1.0, 0.0)
+
+    cq.trace(model((2, 3)), loads=[1.0], checkpoint=tmp_path / "path.nc")
+    with pytest.raises(ValueError, match="belongs to another model"):
+        cq.trace(model((3, 2)), loads=[1.0], checkpoint=tmp_path / "path.nc")
 
 
 def test_foreign_checkpoints_are_refused(tmp_path):
@@ -158,10 +188,12 @@ def test_touchdown_loads_without_bisection_are_those_of_the_path(traced):
     assert touchdown.width == pytest.approx(0.01)
 
 
-def test_touchdown_loads_by_hand():
-    """The three nodes of a cable settle at 1/2, 5 and 7."""
+@pytest.mark.parametrize("loads", [[0.1, 10.0], [0.0, 10.0], [0.0, 1.0, 10.0]])
+def test_touchdown_loads_by_hand(loads):
+    """The three nodes of a cable settle at 1/2, 5 and 7, also where these are middles of brackets."""
     cable = cq.Cable(nodes=3, spacing=1.0, tension=1.0, load=1.0, support=[3.0, 1.0, 4.0])
-    touchdown = cq.trace(cable, loads=[0.1, 10.0]).touchdown(width=1e-6)
+    touchdown = cq.trace(cable, loads=loads).touchdown(width=1e-6)
+    assert touchdown.width <= 1e-6
     np.testing.assert_allclose(touchdown.load, [5.0, 0.5, 7.0], atol=1e-6)
     assert isinstance(touchdown.plot(), Figure)
     with pytest.raises(ValueError, match="this one's parameter is the lift"):

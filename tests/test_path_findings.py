@@ -25,7 +25,7 @@ def test_rounding_of_the_data_is_no_violation(lifted):
 
 
 def test_growth_beyond_rounding_is_a_finding(lifted):
-    noise = float(_rounding_of_data(lifted.solutions[0]).max())
+    noise = float(_rounding_of_data(lifted, 0).max())
     assert 1e-13 < noise < 1e-10
     backwards = replace(lifted, solutions=lifted.solutions[::-1])
     assert len(backwards.findings) == 20

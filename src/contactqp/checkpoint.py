@@ -55,10 +55,18 @@ class Checkpoint:
             raise ValueError(
                 f"the checkpoint {self._path} belongs to another model, parameter or backend; remove it or name another"
             )
+        missing = {"value", "gap", "cold_iterations", "iterations", "termination"} - set(data.variables)
+        if missing:
+            raise ValueError(f"{self._path} is no whole checkpoint: {', '.join(sorted(missing))} missing; remove it")
         kept = data["value"].to_numpy()
         same = min(kept.size, values.size)
         differing = np.flatnonzero(kept[:same] != values[:same])
         count = int(differing[0]) if differing.size else same
+        if same and not count:
+            raise ValueError(
+                f"the checkpoint {self._path} begins with {self._parameter} {kept[0]:g}, not {values[0]:g}; "
+                "remove it or name another, so that nothing is lost"
+            )
         return [self._solution(data.isel(step=k), float(values[k]), tol) for k in range(count)]
 
     def keep(self, values: Vector, solutions: list[Solution], cold_iterations: list[int]) -> None:
@@ -113,7 +121,8 @@ def _mark(model: ContactModel, parameter: str, backend: str) -> str:
     digest = hashlib.sha256(f"{parameter} {backend} {model!r}".encode())
     problem = model.problem
     if isinstance(model, TensionedNet):
-        stiffness = [model.stencil.mask, model.stencil.horizontal, model.stencil.vertical]
+        stencil = model.stencil
+        stiffness = [np.array(stencil.mask.shape), stencil.mask, stencil.horizontal, stencil.vertical]
     else:
         stiffness = [problem.G.data, problem.G.indices, problem.G.indptr]
     for data in (*stiffness, problem.q, model.load, model.support):

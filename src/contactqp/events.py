@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from ._checks import Mask, Vector, finite_number
 from .model import ContactModel
 from .progress import Progress
+from .solution import Solution
 from .solve import solve
 from .variation import with_load
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 _TIED = 1e-10
-"""Events closer than this part of the range of loads count as one."""
+"""Events closer than this part of the load at which they happen (or of the range, if that is less) count as one."""
 
 _ZERO = 1e-11
 """Gaps and reactions of a start below this part of the largest count as zero."""
@@ -172,9 +173,9 @@ def events(model: ContactModel, stop: float, *, start: float = 0.0) -> Events:
         raise ValueError(f"stop must be > start, got start={start:g}, stop={stop:g}")
     unloaded = with_load(model, 0.0).problem
     constant, slope = unloaded.q, np.asarray(model.nodal_load)
-    follower = _Follower(unloaded.G, np.column_stack([constant, slope]), model.supported, _TIED * (stop - start))
+    follower = _Follower(unloaded.G, np.column_stack([constant, slope]), model.supported, stop - start)
     with Progress(f"events · {model.size} nodes") as progress:
-        follower.begin(start, _exact_gap(with_load(model, start)))
+        follower.begin(start, _exact(with_load(model, start)))
         contact_at_start = ~follower.free
         found: list[tuple[float, int, bool]] = []
         while True:
@@ -186,7 +187,7 @@ def events(model: ContactModel, stop: float, *, start: float = 0.0) -> Events:
             changed = np.flatnonzero(before != follower.free)
             found += [(load, int(node), bool(before[node])) for node in changed]
             progress.update(f"load factor {load:.4g}, {np.count_nonzero(~follower.free)} nodes in contact")
-    columns: Any = list(zip(*found, strict=True)) or [[], [], []]
+    columns: Any = list(zip(*_lasting(found), strict=True)) or [[], [], []]
     return Events(
         model,
         start,
@@ -198,26 +199,44 @@ def events(model: ContactModel, stop: float, *, start: float = 0.0) -> Events:
     )
 
 
-def _exact_gap(model: ContactModel) -> Vector:
-    return solve(model, "active-set", tol=1e-12, on_failure="ignore").gap
+def _lasting(found: list[tuple[float, int, bool]]) -> list[tuple[float, int, bool]]:
+    """Leave out what a node does and undoes at one and the same load."""
+    undone: set[int] = set()
+    latest: dict[int, int] = {}
+    for k, (load, node, _) in enumerate(found):
+        before = latest.get(node)
+        if before is not None and load == found[before][0]:
+            undone |= {before, k}
+            del latest[node]
+        else:
+            latest[node] = k
+    return [event for k, event in enumerate(found) if k not in undone]
+
+
+def _exact(model: ContactModel) -> Solution:
+    return solve(model, "active-set", tol=1e-12, on_failure="ignore")
 
 
 class _Follower:
     """The linear pieces of ω and R between events."""
 
-    def __init__(self, matrix: csr_array, forces: Vector, supported: Mask, tied: float) -> None:
-        self._matrix, self._forces, self._supported, self._tied = matrix, forces, supported, tied
+    def __init__(self, matrix: csr_array, forces: Vector, supported: Mask, extent: float) -> None:
+        self._matrix, self._forces, self._supported, self._extent = matrix, forces, supported, extent
         self._diagonal = matrix.diagonal()
         self.free: Mask = ~supported
         self._load = 0.0
 
-    def begin(self, load: float, gap: Vector) -> None:
+    def begin(self, load: float, solution: Solution) -> None:
         """Take the side of each node from a solution; where gap and reaction both vanish, from the derivative."""
         self._load = load
+        gap, certificate = solution.gap, solution.certificate
         reaction = (self._matrix @ gap + self._forces @ [1.0, load]) / self._diagonal
         size = float(max(np.abs(gap).max(), np.abs(reaction).max()))
         touching = self._supported & (np.abs(gap) <= _ZERO * size) & (np.abs(reaction) <= _ZERO * size)
         self.free = ~self._supported | (~touching & (gap > reaction))
+        if certificate is not None:
+            touching &= certificate.undecided
+            self.free = (self.free & ~certificate.contact) | certificate.clear
         self._solver = _Bordered(self._matrix, self._forces, self.free)
         self._settle(touching)
 
@@ -229,7 +248,11 @@ class _Follower:
         load[~np.isfinite(load)] = np.inf
         load = np.maximum(load, self._load)
         nearest = float(load.min())
-        return nearest, np.flatnonzero(load <= nearest + self._tied)
+        if not np.isfinite(nearest):
+            return nearest, np.flatnonzero(load <= nearest)
+        held = self._supported
+        own = abs(nearest) + float(np.abs(at_zero[held]).max() / np.abs(rate[held]).max())
+        return nearest, np.flatnonzero(load <= nearest + _TIED * min(self._extent, own))
 
     def pass_event(self, load: float, nodes: NDArray[np.int64]) -> None:
         """Go past a load at which gaps or reactions vanish at some nodes."""
@@ -251,7 +274,7 @@ class _Follower:
 
     def _settle(self, touching: Mask) -> None:
         """Let the nodes at which gap and reaction vanish exchange sides until their rates point inwards."""
-        for _ in range(_MOST_EXCHANGES):
+        for _ in range(_MOST_EXCHANGES + int(np.count_nonzero(touching))):
             _, rate = self._moving()
             wrong = np.flatnonzero(touching & (rate < 0))
             if not wrong.size:

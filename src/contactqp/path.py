@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ._checks import Vector, real_array, refuse_non_finite
+from ._checks import Vector, one_of, real_array, refuse_non_finite
 from .backends import choose_backend, get_backend
 from .certificate import Bracket
 from .model import ContactModel
 from .progress import Progress
+from .rounding import UNIT_ROUNDOFF
 from .solution import Solution
 from .solve import solve
 from .variation import VARIED
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
 
 _CLOSING = {"load": 1, "tension": -1, "lift": 1}
 """Whether gaps shrink as the parameter grows, if the load nowhere pulls upwards."""
-
-_DATA_ROUNDING = 8 * float(np.finfo(np.float64).eps)
-"""Rounding of q = P + b - G f as it is stored, over the forces that it is the sum of."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +66,9 @@ class LoadPath:
 
     @property
     def total_reaction(self) -> list[Bracket]:
-        """Brackets of the total reaction (force), for each value."""
-        return [solution.total_reaction for solution in self.solutions]
+        """Brackets of the total reaction (force), for each value; nan where there is no certificate."""
+        unknown = Bracket(float("nan"), float("nan"))
+        return [unknown if solution.certificate is None else solution.total_reaction for solution in self.solutions]
 
     @property
     def max_deflection(self) -> Vector:
@@ -242,32 +241,41 @@ def trace(
     parameter, values = _chosen({"load": loads, "tension": tensions, "lift": lifts})
     if backend == "auto":
         backend = choose_backend(model.problem)[0]
-    get_backend(backend).check_options(options)
+    limits = {"max_iter", "time_limit"}
+    get_backend(backend).check_options({name: value for name, value in options.items() if name not in limits})
+    one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
     file = None
     if checkpoint is not None:
         from .checkpoint import Checkpoint
 
         file = Checkpoint(Path(checkpoint), model, parameter, backend)
-    done = [] if file is None else file.restored(values, tol)
+    restored = [] if file is None else file.restored(values, tol)
     settings = {"tol": tol, "on_failure": on_failure, **options}
-    solutions = [solution for solution, _ in done]
-    cold_iterations = [iterations for _, iterations in done]
+    solutions: list[Solution] = []
+    cold_iterations: list[int] = []
     with Progress(f"{parameter}s · {model.size} nodes") as progress:
-        for value in values[len(done) :]:
-            progress.update(f"{parameter} {value:g}, {len(solutions) + 1} of {values.size}")
+        for k, value in enumerate(values):
+            progress.update(f"{parameter} {value:g}, {k + 1} of {values.size}")
             varied = VARIED[parameter](model, float(value))
-            start = solutions[-1].gap if solutions and solutions[-1].residuals is not None else None
-            solution = solve(varied, backend, warm_start=start, **settings)
+            kept, counted = restored[k] if k < len(restored) else (None, -1)
+            start = _start(solutions[-1] if solutions else None)
+            if kept is not None and kept.status.ok:
+                solution = kept
+            else:
+                own = None if kept is None else _start(kept)
+                solution = solve(varied, backend, warm_start=start if own is None else own, **settings)
+            if cold and counted < 0:
+                counted = solution.iterations if start is None else solve(varied, backend, **settings).iterations
             solutions.append(solution)
-            cold_iterations.append(_cold(varied, backend, settings, solution, start) if cold else -1)
-            if file is not None:
-                file.keep(values[: len(solutions)], solutions, cold_iterations)
-    counted = tuple(cold_iterations) if cold and min(cold_iterations, default=0) >= 0 else None
-    return LoadPath(model, parameter, values, tuple(solutions), counted)
+            cold_iterations.append(counted)
+            if file is not None and (solution is not kept or counted >= 0):
+                file.keep(values[: k + 1], solutions, cold_iterations)
+    return LoadPath(model, parameter, values, tuple(solutions), tuple(cold_iterations) if cold else None)
 
 
-def _cold(model: ContactModel, backend: str, settings: dict[str, Any], warm: Solution, start: Vector | None) -> int:
-    return warm.iterations if start is None else solve(model, backend, **settings).iterations
+def _start(solution: Solution | None) -> Vector | None:
+    """Return the gap to go on from, None if there is no finite one."""
+    return None if solution is None or solution.residuals is None else solution.gap
 
 
 def _chosen(given: dict[str, Iterable[float] | None]) -> tuple[str, Vector]:
@@ -300,25 +308,29 @@ def _violations(path: LoadPath) -> Iterable[str]:
         if first.certificate is None or second.certificate is None:
             continue
         between = f"between {path.parameter} {path.values[earlier]:g} and {path.values[later]:g}"
-        noise = _rounding_of_data(first) + _rounding_of_data(second)
-        grown = np.where(path.model.supported, second.certificate.lower - first.certificate.upper - noise, -np.inf)
+        rounding = _rounding_of_data(path, earlier) + _rounding_of_data(path, later)
+        grown = np.where(path.model.supported, second.certificate.lower - first.certificate.upper - rounding, -np.inf)
         worst = int(np.argmax(grown))
         if grown[worst] > 0:
             node = path.model.describe(worst)
             yield f"the gap grows {between}, by at least {grown[worst]:.2g} at {node}{caution}"
-        lifted = np.flatnonzero(first.certificate.contact & (second.certificate.lower > noise) & path.model.supported)
+        lifted = np.flatnonzero(
+            first.certificate.contact & (second.certificate.lower > rounding) & path.model.supported
+        )
         if lifted.size:
             node = path.model.describe(int(lifted[0]))
             yield f"{lifted.size} node(s) lift off {between}, the first {node}{caution}"
 
 
-def _rounding_of_data(solution: Solution) -> Vector:
-    """Bound how far the rounding of q moves the exact gap: by G⁻¹ of it, which a barrier v with s = Gv > 0 bounds."""
-    problem, model = solution.problem, solution.model
-    assert model is not None  # every solution of a path has one
-    barrier = problem.barrier
-    if barrier is None:  # then there is no certificate that could prove anything
-        return np.zeros(problem.size)
-    held = problem.stiffness.diagonal() * float(np.abs(model.padded_deflection(np.zeros(problem.size))).max())
-    force = _DATA_ROUNDING * (np.abs(model.nodal_load) + 2 * held)
-    return np.asarray(float((force / barrier.s).max()) * barrier.v)
+def _rounding_of_data(path: LoadPath, k: int) -> Vector:
+    """Return how far rounding errors of f and q, in a varied model, can move its gaps (length), shape (n,).
+
+    Under a load that grows, every q grows even as it is rounded.
+    """
+    problem, model = path.solutions[k].problem, path.solutions[k].model
+    if path.parameter == "load" or model is None or problem.barrier is None:
+        return np.zeros(path.model.size)
+    heights = np.abs(model.reference).max() + np.abs(path.model.support[path.model.supported]).max(initial=0.0)
+    heights += abs(path.values[k]) + abs(model._datum) + model._frame_relief()
+    force = np.abs(model.nodal_load) + 4 * problem.stiffness.diagonal() * heights
+    return np.asarray(4 * UNIT_ROUNDOFF * (problem.barrier.v * float((force / problem.barrier.s).max()) + heights))

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 _MOST_SOLVES = 10_000
 
+_PARTS = (0.5, 0.375, 0.625)
+"""Where a bracket is divided; the later ones if a node that settles just at the earlier ones is undecided there."""
+
 
 @dataclass(frozen=True, eq=False)
 class Touchdown:
@@ -100,7 +103,8 @@ def touchdown_of(path: LoadPath, width: float | None) -> Touchdown:
     starts: dict[float, Vector] = {}
     for k in order:
         found.add(float(path.values[k]), path.solutions[k])
-        starts[float(path.values[k])] = path.solutions[k].gap
+        if path.solutions[k].residuals is not None:
+            starts[float(path.values[k])] = path.solutions[k].gap
     if width is not None:
         _bisect(path, found, starts, positive_number(width, "width"))
     return Touchdown(path.model, found.clear, found.contact, np.array(sorted(starts)))
@@ -120,14 +124,17 @@ class _Brackets:
         self.clear[clear] = np.maximum(self.clear[clear], load)
         self.contact[certificate.contact] = np.minimum(self.contact[certificate.contact], load)
 
-    def widest(self, limit: float) -> tuple[float, float] | None:
-        """Return the widest closed bracket that is wider than a limit, and can be divided."""
+    def widest(self, limit: float, given_up: set[tuple[float, float]]) -> tuple[float, float] | None:
+        """Return the widest closed bracket that is wider than a limit and not given up."""
         closed = np.isfinite(self.clear) & np.isfinite(self.contact)
         width = np.where(closed, self.contact - self.clear, 0.0)
-        widest = int(np.argmax(width))
-        if width[widest] <= limit:
-            return None
-        return float(self.clear[widest]), float(self.contact[widest])
+        for node in np.argsort(-width, kind="stable").tolist():
+            if width[node] <= limit:
+                return None
+            bracket = float(self.clear[node]), float(self.contact[node])
+            if bracket not in given_up:
+                return bracket
+        return None
 
 
 def _bisect(path: LoadPath, found: _Brackets, starts: dict[float, Vector], width: float) -> None:
@@ -138,21 +145,22 @@ def _bisect(path: LoadPath, found: _Brackets, starts: dict[float, Vector], width
     """
     backend, tol = path.solutions[0].backend, path.solutions[0].tol
     given_up: set[tuple[float, float]] = set()
+    solved = {float(load) for load in path.values}
     with Progress(f"touchdown · {path.model.size} nodes") as progress:
         for _ in range(_MOST_SOLVES):
-            bracket = found.widest(width)
-            if bracket is None or bracket in given_up:
+            bracket = found.widest(width, given_up)
+            if bracket is None:
                 return
             low, high = bracket
-            middle = 0.5 * (low + high)
-            if middle in starts or not low < middle < high:
+            divisions = [low + part * (high - low) for part in _PARTS]
+            middle = next((load for load in divisions if low < load < high and load not in solved), None)
+            if middle is None:
                 given_up.add(bracket)
                 continue
             progress.update(f"{len(starts)} loads, widest bracket {high - low:.2g}")
-            nearest = min(starts, key=lambda load: abs(load - middle))
-            start = starts[nearest]
+            start = starts[min(starts, key=lambda load: abs(load - middle))] if starts else None
             solution = solve(with_load(path.model, middle), backend, tol=tol, warm_start=start, on_failure="ignore")
             found.add(middle, solution)
-            starts[middle] = solution.gap
-            if found.widest(width) == bracket:
-                given_up.add(bracket)
+            solved.add(middle)
+            if solution.residuals is not None:
+                starts[middle] = solution.gap

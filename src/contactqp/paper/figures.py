@@ -97,15 +97,15 @@ def plot_contact_maps(found: Reproduction) -> Figure:
     rows = -(-(len(maps) + 1) // _COLUMNS)
     figure = new_figure(13.0, 2.5 * rows + 0.5)
     panels = figure.subplots(rows, _COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
-    _draw_support(panels[0], figure, found.path.model)
+    _draw_support(panels[0], figure, found.membrane)
     for axes, (load, solution) in zip(panels[1:], maps, strict=False):
-        lattice = found.path.model.lattice
+        lattice = found.membrane.lattice
         grid = lattice.scatter(solution.contact.astype(float))
         colours = ListedColormap([CLEAR, CONTACT])
         axes.pcolormesh(
             lattice.x, lattice.y, grid, cmap=colours, vmin=-0.5, vmax=1.5, shading="nearest", rasterized=True
         )
-        draw_frame_outline(axes, found.path.model)
+        draw_frame_outline(axes, found.membrane)
         name = "0" if load == 0 else f"{load:.2f}"
         axes.set_title(f"P′ = {name}: {np.count_nonzero(solution.contact)} nodes settled", fontsize="medium")
     for axes in panels[: len(maps) + 1]:

@@ -129,7 +129,7 @@ def index() -> str:
 
 def contact_maps(found: Reproduction) -> str:
     """Return the contact maps of all loads, one below the other."""
-    lattice = found.path.model.lattice
+    lattice = found.membrane.lattice
     parts = [
         "Contact maps in the manner of Fig. 5 of the paper: a dot for each node, a star where the membrane has settled."
         f"\n{SURROGATE}\nUnloaded, the membrane lies in the plane of the summit: it touches there and does not press."

@@ -12,6 +12,7 @@ import numpy as np
 from .._checks import Vector, read_only
 from ..compare import Comparison, compare
 from ..gallery import PAPER_LOADS, paper_hexagon
+from ..membrane import Membrane
 from ..path import LoadPath, trace
 from ..progress import Progress
 from ..solution import Solution
@@ -68,6 +69,12 @@ class Reproduction:
     unloaded: Solution
     comparisons: tuple[Comparison, ...]
     rows: tuple[TableRow, ...]
+
+    @property
+    def membrane(self) -> Membrane:
+        """The model of the path, which has a lattice."""
+        assert isinstance(self.path.model, Membrane)
+        return self.path.model
 
     @property
     def decided(self) -> bool:

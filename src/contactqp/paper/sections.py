@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._checks import Vector
+from ..model import TensionedNet
 from ..path import LoadPath
 from ..solution import Solution
 from .facts import SECTION_LOADS
@@ -53,8 +54,8 @@ def middle_section(solution: Solution) -> Section:
     (63, (-32.0, 32.0), True)
     """
     model = solution.model
-    if model is None:
-        raise ValueError("a section needs a membrane's solution, and this one is of a bare ContactQP")
+    if not isinstance(model, TensionedNet):
+        raise ValueError(f"a section needs a membrane's solution, and this one is of {model or 'a bare ContactQP'!r}")
     lattice = model.lattice
     y = lattice.node_y
     row = y == y[np.argmin(np.abs(y))]
