@@ -60,8 +60,8 @@ def integer_at_least(value: object, low: int, name: str) -> int:
     return number
 
 
-def real_array(value: object, name: str) -> NDArray[np.float64]:
-    """Return ``value`` as a new float array; complex, boolean and non-numeric data are refused."""
+def real_array(value: object, name: str, *, copied: bool = True) -> NDArray[np.float64]:
+    """Return ``value`` as a float array, a new one unless told otherwise; complex and non-numeric data are refused."""
     if np.ma.is_masked(value):
         raise ValueError(f"{name} has masked entries; fill them first")
     array = np.asarray(value)
@@ -69,12 +69,12 @@ def real_array(value: object, name: str) -> NDArray[np.float64]:
         raise TypeError(f"{name} must be real, got complex values (dtype {array.dtype})")
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must hold real numbers, got dtype {array.dtype}")
-    return np.array(array, dtype=np.float64)
+    return np.array(array, dtype=np.float64) if copied else np.asarray(array, dtype=np.float64)
 
 
-def vector(value: object, size: int, name: str) -> Vector:
-    """Return ``value`` as a new float vector of exactly ``size`` finite entries."""
-    array = real_array(value, name)
+def vector(value: object, size: int, name: str, *, copied: bool = True) -> Vector:
+    """Return ``value`` as a float vector of exactly ``size`` finite entries, a new one unless told otherwise."""
+    array = real_array(value, name, copied=copied)
     if array.shape != (size,):
         raise ValueError(f"{name} must have shape ({size},), got {array.shape}")
     refuse_non_finite(array, name)

@@ -260,7 +260,7 @@ def certify(problem: ContactQP | ContactModel, gap: ArrayLike, *, effort: Effort
     if effort is None:
         effort = "sharp" if algebra.size <= SHARP_SIZE else "fast"
     one_of(effort, ("fast", "sharp"), "effort")
-    found = _certified(algebra, vector(gap, algebra.size, "gap"), effort)
+    found = _certified(algebra, vector(gap, algebra.size, "gap", copied=False), effort)
     return found if model is None else replace(found, model=model)
 
 
