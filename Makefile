@@ -21,6 +21,8 @@ benchmarks: $(VENV)/.installed-test
 	$(BIN)/python benchmarks/facade.py
 	$(BIN)/python benchmarks/psor.py
 	$(BIN)/python benchmarks/speed.py
+	$(BIN)/python benchmarks/certificates.py
+	$(BIN)/python benchmarks/relaxation.py
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
