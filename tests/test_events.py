@@ -121,9 +121,10 @@ def test_contact_peels_off_a_flat_floor_node_by_node():
     assert found.contact_at_start.sum() == 0
 
 
-def test_what_a_node_undoes_at_once_is_no_event():
-    found = cq.events(cable([1.0, 1, -2, -1, 2], np.zeros(5)), stop=1.0, start=-1.0)
-    pairs = set(zip(found.load.tolist(), found.node.tolist(), strict=True))
+@pytest.mark.parametrize("load", [[1, 1, -2, -1, 2], [-2, 0, -1, -1, 1, 0, 2], [2, 2, 2, -2, -1, -2, 2]])
+def test_what_a_node_undoes_at_once_is_no_event(load):
+    found = cq.events(cable(np.array(load, dtype=float), np.zeros(len(load))), stop=1.0, start=-1.0)
+    pairs = set(zip(found.load.round(12).tolist(), found.node.tolist(), strict=True))
     assert len(pairs) == found.load.size
 
 

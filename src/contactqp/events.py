@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from ._checks import Mask, Vector, finite_number
 from .model import ContactModel
 from .progress import Progress
+from .rounding import UNIT_ROUNDOFF
 from .solution import Solution
 from .solve import solve
 from .variation import with_load
@@ -200,12 +201,13 @@ def events(model: ContactModel, stop: float, *, start: float = 0.0) -> Events:
 
 
 def _lasting(found: list[tuple[float, int, bool]]) -> list[tuple[float, int, bool]]:
-    """Leave out what a node does and undoes at one and the same load."""
+    """Leave out what a node does and undoes at one and the same load, up to rounding."""
+    rounding = 64 * UNIT_ROUNDOFF * max((abs(load) for load, _, _ in found), default=0.0)
     undone: set[int] = set()
     latest: dict[int, int] = {}
     for k, (load, node, _) in enumerate(found):
         before = latest.get(node)
-        if before is not None and load == found[before][0]:
+        if before is not None and load - found[before][0] <= rounding:
             undone |= {before, k}
             del latest[node]
         else:
