@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import fsum, inf, nextafter
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -27,7 +25,7 @@ from .errors import UnsuitableProblemError
 from .lattice_bounds import LatticeBounds, parabola_of
 from .model import ContactModel, split
 from .problem import ContactQP
-from .rounding import UNDERFLOW, UNIT_ROUNDOFF, at_most, growth_bound
+from .rounding import UNDERFLOW, UNIT_ROUNDOFF, at_most, growth_bound, sum_above, sum_below
 from .sharpening import sharpened
 from .weaker import COMPARISON, EIGENVALUE, weaker_enclosure
 
@@ -131,7 +129,7 @@ class Certificate:
         a lattice are zero but beside the frame.
         """
         lower, upper = self.reaction
-        low, high = _sum_below(lower), _sum_above(upper)
+        low, high = sum_below(lower), sum_above(upper)
         problem = self.problem
         with np.errstate(over="ignore", invalid="ignore"):
             columns, slack = column_sums(problem)
@@ -140,8 +138,8 @@ class Certificate:
             reach = np.abs(columns) * radius + slack * (np.abs(middle) + radius)
             reach = (reach + 4 * UNIT_ROUNDOFF * np.abs(product) + UNDERFLOW) * (1 + 16 * UNIT_ROUNDOFF)
         if np.isfinite(product).all() and np.isfinite(reach).all():
-            low = max(low, _sum_below([*problem.q, *product, *-reach]))
-            high = min(high, _sum_above([*problem.q, *product, *reach]))
+            low = max(low, sum_below([*problem.q, *product, *-reach]))
+            high = min(high, sum_above([*problem.q, *product, *reach]))
         return Bracket(max(0.0, low), high)
 
     def contains(self, gap: ArrayLike) -> bool:
@@ -185,22 +183,6 @@ class Certificate:
             f"Certificate(|gap error| <= {at_most(self.gap_bound, 3)}; {np.count_nonzero(self.contact)} in contact, "
             f"{np.count_nonzero(self.clear)} clear, {np.count_nonzero(self.undecided)} undecided; {kind})"
         )
-
-
-def _sum_below(numbers: Iterable[float]) -> float:
-    """Return a lower bound of the sum, -inf where it overflows on the way."""
-    try:
-        return nextafter(fsum(numbers), -inf)
-    except OverflowError:
-        return -inf
-
-
-def _sum_above(numbers: Iterable[float]) -> float:
-    """Return an upper bound of the sum, inf where it overflows on the way."""
-    try:
-        return nextafter(fsum(numbers), inf)
-    except OverflowError:
-        return inf
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ._checks import Vector
+from ._files import replaced_as_a_whole, require_folder
 from .judge import judge
 from .model import ContactModel, TensionedNet
 from .solution import Solution
@@ -36,8 +36,7 @@ class Checkpoint:
 
     def __init__(self, path: Path, model: ContactModel, parameter: str, backend: str) -> None:
         self._path, self._model, self._parameter, self._backend = path, model, parameter, backend
-        if not path.parent.is_dir():
-            raise ValueError(f"cannot write the checkpoint {path}: there is no folder {path.parent}; make it first")
+        require_folder(path, "checkpoint")
         self._mark = _mark(model, parameter, backend)
 
     def restored(self, values: Vector, tol: float | str) -> list[tuple[Solution, int]]:
@@ -83,12 +82,8 @@ class Checkpoint:
         columns["termination"] = ("step", np.array([solution.termination for solution in solutions], dtype=object))
         unit = solutions[0].iteration_unit
         data = xr.Dataset(columns, attrs={"mark": self._mark, "backend": self._backend, "iteration_unit": unit})
-        unfinished = self._path.with_name(f".{self._path.name}.{os.getpid()}.part")
-        try:
+        with replaced_as_a_whole(self._path) as unfinished:
             data.to_netcdf(unfinished, engine="netcdf4")
-            unfinished.replace(self._path)
-        finally:
-            unfinished.unlink(missing_ok=True)
 
     def _solution(self, step: Any, value: float, tol: float | str) -> tuple[Solution, int]:
         model = VARIED[self._parameter](self._model, value)

@@ -30,25 +30,33 @@ def solution_dataset(solution: Solution) -> xr.Dataset:
         "iterations": solution.iterations,
         "seconds": solution.seconds,
     }
-    variables: dict[str, Any] = {}
-    length = {"units": "length"}
     if isinstance(model, TensionedNet):
-        lattice = model.lattice
-        attributes |= {"tension": model.tension, "spacing": lattice.spacing}
-        coordinates: dict[str, Any] = {"x": ("x", np.array(lattice.x), length)}
-        if not model.is_line:
-            coordinates["y"] = ("y", np.array(lattice.y), length)
-        for name, (values, unit, long_name) in _fields(solution, model).items():
-            grid = lattice.scatter(values)
-            dims, data = (("x",), grid[0]) if model.is_line else (("y", "x"), grid)
-            variables[name] = (dims, data, {"units": unit, "long_name": long_name})
-    else:
-        coordinates = {"x": ("node", np.array(model.node_x), length), "y": ("node", np.array(model.node_y), length)}
-        if isinstance(model, CableNet):
-            coordinates["point"] = ("node", np.array(model.free), {"long_name": "number among all points"})
-        for name, (values, unit, long_name) in _fields(solution, model).items():
-            variables[name] = ("node", np.array(values), {"units": unit, "long_name": long_name})
+        attributes |= {"tension": model.tension, "spacing": model.lattice.spacing}
+    length = {"units": "length"}
+    coordinates: dict[str, Any] = {name: (dim, place, length) for name, (dim, place) in places(model).items()}
+    if isinstance(model, CableNet):
+        coordinates["point"] = ("node", np.array(model.free), {"long_name": "number among all points"})
+    variables = {
+        name: (*placed(model, values), {"units": unit, "long_name": long_name})
+        for name, (values, unit, long_name) in _fields(solution, model).items()
+    }
     return xr.Dataset(variables, coordinates, attributes)
+
+
+def places(model: ContactModel) -> dict[str, tuple[str, Vector]]:
+    """Return dimension and values (length) of a dataset's coordinates: of the net's, or of the nodes without a net."""
+    if not isinstance(model, TensionedNet):
+        return {"x": ("node", np.array(model.node_x)), "y": ("node", np.array(model.node_y))}
+    across = {"x": ("x", np.array(model.lattice.x))}
+    return across if model.is_line else across | {"y": ("y", np.array(model.lattice.y))}
+
+
+def placed(model: ContactModel, values: Vector) -> tuple[tuple[str, ...], Vector]:
+    """Return the dimensions of the nodes' values in a dataset, and the values laid out along them."""
+    if not isinstance(model, TensionedNet):
+        return ("node",), np.array(values)
+    grid = model.lattice.scatter(values)
+    return (("x",), grid[0]) if model.is_line else (("y", "x"), grid)
 
 
 def _fields(solution: Solution, model: ContactModel) -> dict[str, tuple[Vector, str, str]]:

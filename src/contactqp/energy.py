@@ -23,18 +23,18 @@ from numpy.typing import ArrayLike
 from ._checks import Mask, Vector, vector
 from .active_set.primal_dual import DIRECT_SIZE
 from .certificate import Bracket
-from .model import TensionedNet, split
+from .model import ContactModel, split
 from .problem import ContactQP
 
 _PRECISE = 1e-13
 
 
-def potential_energy(problem: ContactQP | TensionedNet, gap: ArrayLike) -> float:
+def potential_energy(problem: ContactQP | ContactModel, gap: ArrayLike) -> float:
     """Return E(ω) = ½ωᵀGω + qᵀω (force times length): the potential energy less that of the shut gap.
 
     Parameters
     ----------
-    problem : Membrane, Cable or ContactQP
+    problem : Membrane, Cable, CableNet or ContactQP
     gap : array, shape (n,)
         ω (length).
 
@@ -53,12 +53,12 @@ def potential_energy(problem: ContactQP | TensionedNet, gap: ArrayLike) -> float
     return split(problem)[1].objective(gap)
 
 
-def complementary_energy(problem: ContactQP | TensionedNet, reaction: ArrayLike) -> float:
+def complementary_energy(problem: ContactQP | ContactModel, reaction: ArrayLike) -> float:
     """Return E_c(R) = ½(R - q)ᵀG⁻¹(R - q) (force times length); it takes a linear solve.
 
     Parameters
     ----------
-    problem : Membrane, Cable or ContactQP
+    problem : Membrane, Cable, CableNet or ContactQP
     reaction : array, shape (n,)
         R (force).
 
@@ -79,7 +79,7 @@ def complementary_energy(problem: ContactQP | TensionedNet, reaction: ArrayLike)
     return 0.5 * float(force @ _solved(algebra, force))
 
 
-def energy_bracket(problem: ContactQP | TensionedNet, gap: ArrayLike) -> Bracket:
+def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket:
     """Return -E_c(R) and E(ω) of the admissible states next to an answer: E(ω*) lies between them, up to rounding.
 
     The gap is cut to ω ≥ 0; its reaction is cut to R ≥ 0, and to 0 where there is no support. The difference of the
@@ -87,7 +87,7 @@ def energy_bracket(problem: ContactQP | TensionedNet, gap: ArrayLike) -> Bracket
 
     Parameters
     ----------
-    problem : Membrane, Cable or ContactQP
+    problem : Membrane, Cable, CableNet or ContactQP
     gap : array, shape (n,)
         ω (length), an approximate solution.
 
@@ -109,12 +109,12 @@ def energy_bracket(problem: ContactQP | TensionedNet, gap: ArrayLike) -> Bracket
     return Bracket(-complementary_energy(algebra, reaction), potential_energy(algebra, admissible))
 
 
-def feasible(problem: ContactQP | TensionedNet, gap: ArrayLike, slack: float = 0.0) -> Mask:
+def feasible(problem: ContactQP | ContactModel, gap: ArrayLike, slack: float = 0.0) -> Mask:
     """Return at which nodes a gap satisfies ω ≥ 0 and R ≥ 0; the solution is the least gap that does everywhere.
 
     Parameters
     ----------
-    problem : Membrane, Cable or ContactQP
+    problem : Membrane, Cable, CableNet or ContactQP
     gap : array, shape (n,)
         ω (length).
     slack : float

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from io import BytesIO
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ._files import replaced_as_a_whole, require_folder
 from .backends import get_backend
 from .provenance import shortened
 from .rows import Row, count, number, seconds
@@ -65,15 +65,10 @@ Column = tuple[str, Callable[[Row], str], bool]
 
 def write_report(comparison: Comparison, path: Path, title: str = "") -> Path:
     """Write the page and return its path; a page that was there is replaced when the new one is complete."""
-    if not path.parent.is_dir():
-        raise ValueError(f"cannot write the report {path}: there is no folder {path.parent}; make it first")
+    require_folder(path, "report")
     page = report_html(comparison, title)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
+    with replaced_as_a_whole(path) as unfinished:
         unfinished.write_text(page, encoding="utf-8")
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
     return path
 
 

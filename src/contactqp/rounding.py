@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from decimal import ROUND_UP, Decimal, localcontext
 from typing import TYPE_CHECKING
 
@@ -42,6 +43,22 @@ def at_most(value: float, digits: int = 2) -> str:
     with localcontext() as context:
         context.prec, context.rounding = digits, ROUND_UP
         return f"{float(+Decimal(repr(float(value)))):.{digits}g}"
+
+
+def sum_below(numbers: Iterable[float]) -> float:
+    """Return a lower bound of the sum, -inf where it overflows on the way."""
+    try:
+        return math.nextafter(math.fsum(numbers), -math.inf)
+    except OverflowError:
+        return -math.inf
+
+
+def sum_above(numbers: Iterable[float]) -> float:
+    """Return an upper bound of the sum, inf where it overflows on the way."""
+    try:
+        return math.nextafter(math.fsum(numbers), math.inf)
+    except OverflowError:
+        return math.inf
 
 
 def gamma(operations: int) -> float:

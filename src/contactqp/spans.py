@@ -9,6 +9,7 @@ import numpy as np
 
 from ._checks import Mask, Vector
 from .certificate import Bracket
+from .rounding import sum_above, sum_below
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -92,10 +93,8 @@ def _sag(x: Vector, w: Vector) -> float:
 
 def _sum_between(certificate: Certificate, nodes: slice) -> Bracket:
     """Return bounds of the sum of the true reactions, rounding included."""
-    lower, upper = (fsum(bound[nodes]) for bound in certificate.reaction)
-    return Bracket(
-        float(np.nextafter(lower, -np.inf)) if lower > 0 else 0.0, float(np.nextafter(upper, np.inf)) if upper else 0.0
-    )
+    lower, upper = (bound[nodes] for bound in certificate.reaction)
+    return Bracket(max(0.0, sum_below(lower)), sum_above(upper) if upper.any() else 0.0)
 
 
 def _check(cable: Cable, solution: Any) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._checks import Vector, positive_number
-from .model import ContactModel, TensionedNet
+from .model import ContactModel
 from .progress import Progress
 from .solution import Solution
 from .solve import solve
@@ -63,18 +63,11 @@ class Touchdown:
         """Return clear, contact and load as an xarray.Dataset with dims y and x (a cable: x, a net of cables: node)."""
         import xarray as xr
 
+        from .datasets import placed, places
+
         model = self.model
-        columns = {name: getattr(self, name) for name in ("clear", "contact", "load")}
-        if not isinstance(model, TensionedNet):
-            places = {"x": ("node", model.node_x), "y": ("node", model.node_y)}
-            return xr.Dataset({name: ("node", values) for name, values in columns.items()}, places)
-        dims = ("x",) if model.is_line else ("y", "x")
-        grids = {name: model.lattice.scatter(values) for name, values in columns.items()}
-        variables = {name: (dims, grid[0] if model.is_line else grid) for name, grid in grids.items()}
-        coordinates = {"x": np.array(model.lattice.x)}
-        if not model.is_line:
-            coordinates["y"] = np.array(model.lattice.y)
-        return xr.Dataset(variables, coordinates)
+        variables = {name: placed(model, getattr(self, name)) for name in ("clear", "contact", "load")}
+        return xr.Dataset(variables, places(model))
 
     def plot(self) -> Figure:
         """Draw at which load each node settles."""
@@ -99,7 +92,7 @@ def touchdown_of(path: LoadPath, width: float | None) -> Touchdown:
     if path.findings:
         raise ValueError(f"touchdown loads need a monotone path, but {path.findings[0]}")
     order = np.argsort(path.values)
-    found = _Brackets(path.model, path.model.size)
+    found = _Brackets(path.model)
     starts: dict[float, Vector] = {}
     for k in order:
         found.add(float(path.values[k]), path.solutions[k])
@@ -111,9 +104,9 @@ def touchdown_of(path: LoadPath, width: float | None) -> Touchdown:
 
 
 class _Brackets:
-    def __init__(self, model: ContactModel, size: int) -> None:
+    def __init__(self, model: ContactModel) -> None:
         self.supported = model.supported
-        self.clear, self.contact = np.full(size, -np.inf), np.full(size, np.inf)
+        self.clear, self.contact = np.full(model.size, -np.inf), np.full(model.size, np.inf)
 
     def add(self, load: float, solution: Solution) -> None:
         """Take note of what a certificate proves at a load."""

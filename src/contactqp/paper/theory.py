@@ -9,8 +9,6 @@ of Jacobi's matrix B = I - D⁻¹G_FF, with D its diagonal:
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -40,6 +38,7 @@ def jacobi_radius(problem: ContactQP | TensionedNet, free: ArrayLike) -> float:
     --------
     On the n nodes of a free cable it is cos(π/(n + 1)).
 
+    >>> import math
     >>> import contactqp as cq
     >>> cable = cq.Cable(nodes=5, spacing=1.0, tension=1.0, load=1.0, support=9.0)
     >>> round(jacobi_radius(cable, np.full(5, True)), 12), round(math.cos(math.pi / 6), 12)
@@ -90,4 +89,6 @@ def optimal_factor(radius: float) -> float:
     """
     if not 0 <= radius < 1:
         raise ValueError(f"radius must lie in [0, 1), got {radius!r}")
-    return 2 / (1 + math.sqrt(1 - radius**2))
+    from ..sor.relaxation import young
+
+    return young(radius)
