@@ -72,7 +72,7 @@ def cost(sizes: tuple[int, ...] = (255, 511, 1023)) -> None:
         gap = cq.solve(problem, "multigrid", tol=1e-6).gap
         stencil = problem.stencil
         assert stencil is not None
-        sweeper = LatticeSweeper(stencil, problem.q, problem.supported, gap)
+        sweeper = LatticeSweeper(stencil, problem.layout, problem.q, gap, problem.bound_grids())
         sweep = least_seconds(lambda sweeper=sweeper: sweeper.sweep(1.0, 1))
         seconds, vectors = {}, {}
         for effort in ("fast", "sharp"):

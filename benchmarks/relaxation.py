@@ -4,8 +4,8 @@
 
 Prints, for the paper's hexagon at its ten loads and for square bowls, from a cold start and for each of the stopping
 rules: the best scanned factor and its number of sweeps, the automatic one's last factor and its sweeps, and the ratio.
-The work of the automatic factor's estimates is counted in sweeps. Factors are scanned in steps of 0.05 on the hexagon,
-with ``--fine`` also in steps of 0.01 about the best, and on the bowls in steps of 0.005 there.
+Factors are scanned in steps of 0.05 on the hexagon, with ``--fine`` also in steps of 0.01 about the best, and on the
+bowls in steps of 0.005 there.
 The certified rule stands at tol = 1e-6, the paper's two at a thousandth of the spacing.
 """
 

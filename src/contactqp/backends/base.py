@@ -217,6 +217,19 @@ class State(ABC):
         """
 
 
+def as_it_is_now(prepared: ContactQP, q: Vector, problem: ContactQP | None) -> ContactQP:
+    """Return the problem that a state is asked to solve: the one that it is given, or the prepared one with forces q.
+
+    Parameters
+    ----------
+    prepared, q, problem
+        The problem that the state was prepared for, and the arguments of `State.solve`.
+    """
+    if problem is not None:
+        return problem
+    return prepared if q is prepared.q else prepared.with_forces(q, gap_scale=1.0)
+
+
 class _OneShot(State):
     """The state of a backend that keeps nothing."""
 
@@ -224,9 +237,7 @@ class _OneShot(State):
         self._backend, self._problem, self._options = backend, problem, dict(options)
 
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
-        if problem is None:
-            problem = self._problem if q is self._problem.q else self._problem.with_forces(q, gap_scale=1.0)
-        return self._backend.solve(problem, task, **self._options)
+        return self._backend.solve(as_it_is_now(self._problem, q, problem), task, **self._options)
 
 
 class Backend(ABC):
@@ -323,8 +334,3 @@ class Backend(ABC):
             reason = need.holds(problem)
             if reason is not None:
                 raise UnsuitableProblemError(f"backend {self.name!r} needs {reason}")
-
-
-def feasible_start(problem: ContactQP, start: Vector) -> Vector:
-    """Return the admissible start nearest to one."""
-    return problem.project(start)
