@@ -1,6 +1,9 @@
+from fractions import Fraction
+
 import numpy as np
 import pytest
 import xarray as xr
+from springs import springs
 
 import contactqp as cq
 import contactqp.testing
@@ -312,3 +315,32 @@ def test_the_surrogate_surface():
 def test_gap_scale_does_not_depend_on_the_spacing():
     scales = [bowl(nodes).problem.gap_scale for nodes in (31, 63, 127, 255)]
     assert max(scales) < 1.05 * min(scales)
+
+
+def test_nodes_of_a_lattice_stand_for_equal_areas():
+    membrane = cq.Membrane(cq.Frame.rectangle(5, 4).lattice(0.5), 1.0, 0.3, 9.0)
+    cable = cq.Cable(nodes=3, spacing=0.5, tension=2.0, load=3.0, support=1.0)
+    for model, area in ((membrane, 0.25), (cable, 0.5)):
+        np.testing.assert_array_equal(model.node_area, np.full(model.size, area))
+        assert model.node_area.strides == (0,), "one number repeated takes no memory"
+        with pytest.raises(ValueError, match="read-only"):
+            model.node_area[0] = 1.0
+    assert membrane.nodal_load.strides == cable.nodal_load.strides == (0,)
+
+
+def test_areas_of_nodes_in_contact_are_added_and_rounded_outwards():
+    model = springs()
+    solution = cq.solve(model)
+    contact = model.exact == model.support
+    assert 10 < contact.sum() < 30
+    exact = sum(map(Fraction, model.node_area[contact]))
+    area = solution.contact_area
+    assert Fraction(area.lower) < exact < Fraction(area.upper)
+    assert area.upper - area.lower < 1e-14
+    np.testing.assert_array_equal(solution.contact_pressure, solution.reaction / model.node_area)
+    rough = cq.certify(model, model.support - model.exact + 10.0, effort="fast")
+    assert 0 < rough.contact.sum() < (rough.contact | rough.undecided).sum()
+    assert Fraction(rough.contact_area.lower) < sum(map(Fraction, model.node_area[rough.contact]))
+    assert Fraction(rough.contact_area.upper) > sum(map(Fraction, model.node_area[rough.contact | rough.undecided]))
+    free = springs(support=np.full(40, 9.0))
+    assert cq.solve(free).contact_area == (0.0, 0.0)

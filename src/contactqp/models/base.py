@@ -56,13 +56,13 @@ class ContactModel(ABC):
         Active load at the nodes, positive downwards, in the unit that `units` tells.
     support : array, shape (n,)
         Ordinate of the rigid profile at the nodes, positive downwards (length); +inf where there is none.
-    node_area : float or None
-        Area (cable: length) that a node stands for; None if nodes stand for none.
+    node_area : array, shape (n,), or None
+        Area (cable: length) that each node stands for; None if nodes stand for none.
     """
 
     load: Vector
     support: Vector
-    node_area: float | None = None
+    node_area: Vector | None = None
     _datum: float = 0.0
     """Mean height of the frame (length)."""
 
@@ -117,7 +117,7 @@ class ContactModel(ABC):
         """Return the frame's ordinates from its mean height for a stencil, or None if they are zero."""
         return None
 
-    def area_of_node(self, attribute: str) -> float:
+    def area_of_node(self, attribute: str) -> Vector:
         """Return `node_area` for an attribute that needs it; an AttributeError names that where there is none."""
         if self.node_area is None:
             raise AttributeError(

@@ -33,7 +33,7 @@ class LatticeModel(ContactModel):
         The stiffness G.
     """
 
-    node_area: float
+    node_area: Vector
     _load_unit: str
     _pressure_unit: str
 
@@ -56,7 +56,7 @@ class LatticeModel(ContactModel):
         self.lattice = lattice
         self.tension = tension
         self.stencil = Stencil(lattice.mask, *arms)
-        self.node_area = area
+        self.node_area = np.broadcast_to(np.float64(area), (lattice.size,))
         self.load: Vector = read_only(sample(lattice, load, "load"))
         self.support: Vector = read_only(sample(lattice, support, "support", allow_inf=True))
         needed = self.stencil.frame_points()

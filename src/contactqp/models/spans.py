@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..foundation.brackets import Bracket, sum_above, sum_below
+from ..foundation.brackets import Bracket, sum_between
 from ..foundation.checks import Mask, Vector
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def _sag(x: Vector, w: Vector) -> float:
 def _sum_between(certificate: Enclosed, nodes: slice) -> Bracket:
     """Return bounds of the sum of the true reactions, rounding included."""
     lower, upper = (bound[nodes] for bound in certificate.reaction)
-    return Bracket(max(0.0, sum_below(lower)), sum_above(upper) if upper.any() else 0.0)
+    return sum_between(lower, upper)
 
 
 def _check(cable: LatticeModel, solution: Any) -> None:
