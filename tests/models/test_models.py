@@ -344,3 +344,41 @@ def test_areas_of_nodes_in_contact_are_added_and_rounded_outwards():
     assert Fraction(rough.contact_area.upper) > sum(map(Fraction, model.node_area[rough.contact | rough.undecided]))
     free = springs(support=np.full(40, 9.0))
     assert cq.solve(free).contact_area == (0.0, 0.0)
+
+
+def test_the_lattice_of_a_cable_is_known_before_its_load_and_support():
+    lattice = cq.Cable.lattice_of(4.0, spacing=0.5, start=-2.0)
+    cable = cq.Cable(4.0, spacing=0.5, tension=1.0, load=1.0, support=lattice.x**2, start=-2.0)
+    np.testing.assert_array_equal(cable.lattice.x, lattice.x)
+    np.testing.assert_array_equal(cable.support, cable.node_x**2)
+    assert cq.Cable.lattice_of(nodes=3, spacing=1.0).shape == (1, 3)
+    with pytest.raises(ValueError, match="whole multiple"):
+        cq.Cable.lattice_of(4.0, spacing=0.7)
+    with pytest.raises(ValueError, match="start must be finite, got nan"):
+        cq.Cable.lattice_of(4.0, spacing=0.5, start=np.nan)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        cq.Membrane(LATTICE, 1.0, 0.3, 9.0),
+        cq.Cable(nodes=3, spacing=0.5, tension=2.0, load=3.0, support=1.0),
+        cq.CableNet.orthogonal(LATTICE, 1.0, load=1.0, support=1.0),
+    ],
+    ids=repr,
+)
+def test_fields_are_taken_at_the_nodes_as_when_the_model_was_made(model):
+    expected = 2.0 * model.node_x
+    for field in (lambda x, y: 2 * x, expected, expected.tolist()):
+        values = model.at_nodes(field, "depth")
+        np.testing.assert_array_equal(values, expected)
+        assert not values.flags.writeable
+    assert model.at_nodes(np.inf, "depth", allow_inf=True).min() == np.inf
+    with pytest.raises(ValueError, match=r"depth must be finite, but is inf at node 0 \("):
+        model.at_nodes(np.inf, "depth")
+    with pytest.raises(ValueError, match=r"depth must be finite or \+inf \(no support\), but is -inf at node 0 \("):
+        model.at_nodes(-np.inf, "depth", allow_inf=True)
+    with pytest.raises(ValueError, match=r"depth\(x, y\) must return a number or shape"):
+        model.at_nodes(lambda x, y: np.ones((2, 2)), "depth")
+    with pytest.raises(ValueError, match="depth must be a number"):
+        model.at_nodes(np.ones(99), "depth")

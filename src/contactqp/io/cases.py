@@ -79,14 +79,14 @@ def _membrane(case: MembraneCase, path: Path) -> Membrane:
 
 
 def _cable(case: CableCase, path: Path) -> Cable:
-    probe = Cable(span=case.span, spacing=case.spacing, tension=1.0, load=0.0, support=0.0, start=case.start)
+    lattice = Cable.lattice_of(case.span, spacing=case.spacing, start=case.start)
     return Cable(
         span=case.span,
         spacing=case.spacing,
         tension=case.tension,
-        load=_field(case.load, "load", probe.lattice, path),
-        support=_field(case.support, "support", probe.lattice, path),
-        frame_height=_field(case.frame_height, "frame_height", probe.lattice, path),
+        load=_field(case.load, "load", lattice, path),
+        support=_field(case.support, "support", lattice, path),
+        frame_height=_field(case.frame_height, "frame_height", lattice, path),
         start=case.start,
     )
 

@@ -82,6 +82,24 @@ class ContactModel(ABC):
         """Ordinate of each node in plan, shape (n,), length."""
 
     @abstractmethod
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+        """Return the values at the nodes of a field that is given as when the model was made, shape (n,), read-only.
+
+        Parameters
+        ----------
+        field : number, array, xarray.DataArray or function of (x, y)
+        name : str
+            The argument's name, for messages.
+        allow_inf : bool
+            Whether +inf is a value (a support that is not there).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the values have the wrong kind or shape or are not finite.
+        """
+
+    @abstractmethod
     def describe(self, node: int) -> str:
         """Name a node by its number and coordinates, for messages."""
 

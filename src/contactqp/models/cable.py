@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..foundation.checks import finite_number, integer_at_least, positive_number
+from ..foundation.checks import Vector, finite_number, integer_at_least, positive_number
+from ..geometry.fields import of_x_and_y
 from ..geometry.lattice import Lattice
 from .on_lattice import LatticeModel
 
@@ -76,13 +77,42 @@ class Cable(LatticeModel):
         frame_height: Any = 0.0,
         start: float = 0.0,
     ) -> None:
-        spacing = positive_number(spacing, "spacing")
+        lattice = Cable.lattice_of(span, nodes, spacing=spacing, start=start)
         tension = positive_number(tension, "tension")
-        self.start = start = finite_number(start, "start")
+        self.start = float(start)
+        arms = tension / lattice.spacing, 0.0
+        super().__init__(lattice, tension, load, support, of_x_and_y(frame_height), area=lattice.spacing, arms=arms)
+
+    @staticmethod
+    def lattice_of(
+        span: float | None = None, nodes: int | None = None, *, spacing: float, start: float = 0.0
+    ) -> Lattice:
+        """Return the lattice of a cable's nodes, one row of them.
+
+        Parameters
+        ----------
+        span, nodes, spacing, start
+            See the class.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument has the wrong kind or range.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> cq.Cable.lattice_of(10.0, spacing=2.5, start=-5.0).x
+        array([-2.5,  0. ,  2.5])
+        """
+        spacing = positive_number(spacing, "spacing")
+        start = finite_number(start, "start")
         count = _node_count(span, nodes, spacing)
-        lattice = Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
-        load, support, frame_height = (_along_x(field) for field in (load, support, frame_height))
-        super().__init__(lattice, tension, load, support, frame_height, area=spacing, arms=(tension / spacing, 0.0))
+        return Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
+
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+        """See `ContactModel.at_nodes`; a function may also be one of x alone."""
+        return super().at_nodes(of_x_and_y(field), name, allow_inf=allow_inf)
 
     @property
     def span(self) -> float:
@@ -150,19 +180,3 @@ def _node_count(span: float | None, nodes: int | None, spacing: float) -> int:
             f"span must be a whole multiple (2 or more) of the spacing, got {span:g} / {spacing:g} = {ratio:.12g}"
         )
     return round(ratio) - 1
-
-
-def _along_x(field: Any) -> Any:
-    """Let a function of x alone stand for one of (x, y); leave everything else as it is."""
-    if not callable(field):
-        return field
-    import inspect
-
-    try:
-        parameters = inspect.signature(field).parameters.values()
-    except ValueError:  # builtins without a signature, such as numpy's ufuncs, take x
-        return lambda x, y: field(x)
-    required = [
-        p for p in parameters if p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)
-    ]
-    return field if len(required) == 2 else lambda x, y: field(x)
