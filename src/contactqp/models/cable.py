@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..foundation.checks import Vector, finite_number, integer_at_least, positive_number
 from ..geometry.fields import of_x_and_y
 from ..geometry.lattice import Lattice
+from .base import Coordinate
 from .on_lattice import LatticeModel
 
 if TYPE_CHECKING:
@@ -118,6 +120,16 @@ class Cable(LatticeModel):
     def span(self) -> float:
         """Distance of the ends (length)."""
         return self.lattice.spacing * (self.lattice.size + 1)
+
+    @property
+    def coordinates(self) -> dict[str, Coordinate]:
+        """Abscissae of the nodes (length)."""
+        return {"x": super().coordinates["x"]}
+
+    def laid_out(self, values: Vector) -> tuple[tuple[str, ...], NDArray[Any]]:
+        """Return values of the nodes along x; see `ContactModel.laid_out`."""
+        _, grid = super().laid_out(values)
+        return ("x",), grid[0]
 
     def spans(self, solution: Answered) -> pd.DataFrame:
         """Return the cable's free spans and contact stretches in turn, from the left end to the right.

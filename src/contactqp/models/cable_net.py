@@ -12,7 +12,7 @@ from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, positive_number, read_only, refuse_non_finite
 from ..geometry.fields import FieldLike, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
-from .base import ContactModel
+from .base import ContactModel, Coordinate
 from .cable_net_arguments import (
     Numbers,
     checked_positions,
@@ -291,6 +291,18 @@ class CableNet(ContactModel):
     def units(self) -> dict[str, str]:
         """Units of the model's quantities in words, by name."""
         return {"gap": "length", "deflection": "length", "support": "length", "reaction": "force", "load": "force"}
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Width and height in plan of all points, fixed ones included (length)."""
+        width, height = np.ptp(self.positions, axis=0)
+        return float(width), float(height)
+
+    @property
+    def coordinates(self) -> dict[str, Coordinate]:
+        """Plan coordinates of the nodes (length), and their numbers among all points."""
+        point = Coordinate("node", np.array(self.free), {"long_name": "number among all points"})
+        return super().coordinates | {"point": point}
 
     @cached_property
     def _holding(self) -> Mask:

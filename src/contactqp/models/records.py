@@ -10,6 +10,20 @@ if TYPE_CHECKING:
     from .base import ContactModel
 
 
+class Posed(Protocol):
+    """A problem, and the model that it comes from, if it comes from one."""
+
+    @property
+    def problem(self) -> ContactQP: ...  # noqa: D102
+    @property
+    def model(self) -> ContactModel | None: ...  # noqa: D102
+
+
+def subject_of(posed: Posed) -> ContactModel | ContactQP:
+    """Return the model of a solution or a comparison, and of a bare problem the problem: views go by its class."""
+    return posed.problem if posed.model is None else posed.model
+
+
 class Enclosed(Protocol):
     """Bounds that the exact gap provably satisfies, node by node: what a view reads of a `Certificate`.
 
@@ -99,3 +113,31 @@ class Answered(Protocol):
     def iterations(self) -> int: ...  # noqa: D102
     @property
     def seconds(self) -> float: ...  # noqa: D102
+
+
+class Settling(Protocol):
+    """Load factors at which nodes settle: what a picture reads of a `Touchdown`.
+
+    Attributes
+    ----------
+    clear, contact, load : array, shape (n,)
+        Between which factors each node settles, infinite where they are not known, and the middle of the two, nan
+        there.
+    loads : array
+        The factors that were solved for, ascending.
+    width : float
+        Largest distance of the known ones.
+    """
+
+    @property
+    def model(self) -> ContactModel: ...  # noqa: D102
+    @property
+    def clear(self) -> Vector: ...  # noqa: D102
+    @property
+    def contact(self) -> Vector: ...  # noqa: D102
+    @property
+    def load(self) -> Vector: ...  # noqa: D102
+    @property
+    def loads(self) -> Vector: ...  # noqa: D102
+    @property
+    def width(self) -> float: ...  # noqa: D102
