@@ -108,7 +108,7 @@ class LatticeModel(ContactModel):
 
     def _padded(self, heights: Vector) -> Vector:
         """Return heights of nodes and frame on the net with a ring of frame points about it."""
-        padded = self.stencil.pad(heights)
+        padded = self.stencil.numbering.to_grid(heights, ring=1)
         return padded if self._heights is None else np.where(self.stencil.padded_mask(), padded, self._heights)
 
     def max_slope(self, gap: Vector) -> float:
