@@ -30,7 +30,7 @@ def test_an_unknown_kind_of_model_is_drawn_node_by_node():
 
 
 def test_answers_for_an_unknown_kind_are_compared_in_plan():
-    comparison = cq.compare(MODEL, ["clarabel", "psor"], tol=1e-3)
+    comparison = cq.compare(MODEL, ["clarabel", "active-set"], tol=1e-3)
     titles = {axes.get_title() for axes in comparison.plot().axes}
     assert "Contact map" in titles
     plan, bar = comparison.plot_disagreement().axes

@@ -7,10 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..foundation.checks import Mask, Vector
+from ..models.records import states_of
 
 if TYPE_CHECKING:
     from ..models.base import ContactModel
     from ..models.records import Answered, Enclosed
+
+
+_ONE_SIDED = "1 certainly in contact, 0 certainly clear, -1 undecided"
+_TWO_SIDED = "1 certainly in contact with the support, 2 with the upper bound, 0 certainly clear, -1 undecided"
 
 
 class Field(NamedTuple):
@@ -42,7 +47,7 @@ def fields_of(solution: Answered) -> dict[str, Field]:
     dict of str to Field
         gap and reaction; of a model also deflection, support, load, and, where its nodes stand for an area,
         contact_pressure; with a certificate also gap_lower, gap_upper, reaction_lower, reaction_upper and
-        contact_state. Where there is no support, gap and its bounds are infinite.
+        contact_state (see `NodeState`). Where a model has no support, gap and its bounds are infinite.
 
     Examples
     --------
@@ -53,9 +58,12 @@ def fields_of(solution: Answered) -> dict[str, Field]:
     >>> fields["reaction"].meaning
     'nodal reaction of the support, upwards'
     """
-    supported, model, certificate = solution.problem.supported, solution.model, solution.certificate
+    problem, model, certificate = solution.problem, solution.model, solution.certificate
+    # Without a support a model's gap is counted from its frame, as good as from anywhere else.
+    supported = np.ones(problem.size, dtype=np.bool_) if model is None else problem.supported
     gap = Field(_unlimited(solution.gap, supported), "length", "clearance over the support")
-    reaction = Field(solution.reaction, "force", "nodal reaction of the support, upwards")
+    holding = "the support" if problem.one_sided else "both bounds"
+    reaction = Field(solution.reaction, "force", f"nodal reaction of {holding}, upwards")
     if model is None:
         fields = {"gap": gap, "reaction": reaction}
     else:
@@ -63,6 +71,8 @@ def fields_of(solution: Answered) -> dict[str, Field]:
         fields = {"gap": gap, **shape, "reaction": reaction, **forces}
     if certificate is not None:
         fields |= _certified(certificate, supported)
+        states = _ONE_SIDED if problem.one_sided else _TWO_SIDED
+        fields["contact_state"] = Field(states_of(certificate).astype(np.float64), "1", states)
     return fields
 
 
@@ -83,13 +93,11 @@ def _forces(solution: Answered, model: ContactModel) -> dict[str, Field]:
 
 def _certified(certificate: Enclosed, supported: Mask) -> dict[str, Field]:
     lower, upper = (_unlimited(bound, supported) for bound in (certificate.lower, certificate.upper))
-    state = np.where(certificate.contact, 1.0, np.where(certificate.clear, 0.0, -1.0))
     return {
         "gap_lower": Field(lower, "length", "certified lower bound of the gap"),
         "gap_upper": Field(upper, "length", "certified upper bound of the gap"),
         "reaction_lower": Field(certificate.reaction[0], "force", "certified lower bound of the reaction"),
         "reaction_upper": Field(certificate.reaction[1], "force", "certified upper bound of the reaction"),
-        "contact_state": Field(state, "1", "1 certainly in contact, 0 certainly clear, -1 undecided"),
     }
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from ..foundation.checks import Vector
 from ..models.cable import Cable
+from ..models.records import states_of
 from .section import draw_section, section_axes
-from .states import STATE_COLOURS, labels_of_states, states_of
+from .states import STATE_COLOURS, labels_of_states
 from .style import BLUE, CONTACT, GROUND, INK, new_figure, tidy
 from .views import NodePlaces, answer_figure, certificate_figure, draw_answer, settling_figure, values_figure
 

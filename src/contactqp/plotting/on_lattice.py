@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..foundation.checks import Mask, Vector
 from ..models.on_lattice import LatticeModel
 from .section import draw_section, section_axes
-from .states import STATE_COLOURS, draw_legend_of_states
+from .states import colours_by_number, draw_legend_of_states
 from .style import CLEAR, CONTACT, INK, map_height, new_figure, tidy, two_halves
 from .views import answer_figure, draw_answer, draw_states, draw_values, settling_figure
 
@@ -36,19 +36,10 @@ def _map_and_section(model: LatticeModel, solution: Answered) -> Figure:
 
 @draw_states.register(LatticeModel)
 def _draw_states(model: LatticeModel, axes: Axes, state: NDArray[np.int64], contact: Mask, proven: str) -> None:
-    from matplotlib.colors import ListedColormap
-
     lattice = model.lattice
-    axes.pcolormesh(
-        lattice.x,
-        lattice.y,
-        lattice.scatter(state.astype(float)),
-        cmap=ListedColormap(STATE_COLOURS),
-        vmin=-0.5,
-        vmax=len(STATE_COLOURS) - 0.5,
-        shading="nearest",
-        rasterized=True,
-    )
+    colours, low, high = colours_by_number()
+    grid = lattice.scatter(state.astype(float))
+    axes.pcolormesh(lattice.x, lattice.y, grid, cmap=colours, vmin=low, vmax=high, shading="nearest", rasterized=True)
     _draw_free_boundary(axes, lattice.x, lattice.y, lattice.scatter(contact.astype(float)))
     draw_frame_outline(axes, model)
     draw_legend_of_states(axes, state, proven)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
 from ..models.cable_net import CableNet
+from ..models.records import NodeState
 from .states import STATE_COLOURS, draw_legend_of_states, seen
 from .style import BLUE, GROUND, INK, map_height, new_figure, tidy, two_halves
 from .views import answer_figure, draw_answer, draw_states, draw_values, scatter_states, scatter_values
@@ -21,9 +22,8 @@ if TYPE_CHECKING:
 
     from ..models.records import Answered
 
-_SEGMENT_COLOURS = (BLUE, *STATE_COLOURS[1:])
+_SEGMENT_COLOURS = STATE_COLOURS | {NodeState.CLEAR: BLUE}
 """A line in the colour of clear nodes would not be seen on white."""
-_WIDTHS = (0.9, 1.5, 1.5)
 
 
 @answer_figure.register(CableNet)
@@ -39,8 +39,8 @@ def _plan_and_space(net: CableNet, solution: Answered) -> Figure:
 def _draw_states(net: CableNet, axes: Axes, state: NDArray[np.int64], contact: Mask, proven: str) -> None:
     """Draw nodes and segments in the colours of their states, and the fixed points."""
     kind = _segment_states(net, state)
-    for k, colour in enumerate(_SEGMENT_COLOURS):
-        _draw_lines(axes, net.positions[net.segments[kind == k]], colour, _WIDTHS[k])
+    for k, colour in _SEGMENT_COLOURS.items():
+        _draw_lines(axes, net.positions[net.segments[kind == k]], colour, _width(k))
     scatter_states(axes, net, state)
     fixed = _draw_fixed(axes, net)
     draw_legend_of_states(axes, state, proven, more=[fixed])
@@ -67,12 +67,13 @@ def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
     axes.add_collection3d(Line3DCollection(gaps, colors=GROUND, linewidths=0.8, linestyles="dotted"), autolim=False)
     axes.scatter(*foot.T, s=5, color=GROUND, depthshade=False, label="support f at nodes")
     kind = _segment_states(net, state)
-    for k, colour in enumerate(_SEGMENT_COLOURS):
-        lines = Line3DCollection(points[net.segments[kind == k]], colors=colour, linewidths=_WIDTHS[k])
+    for k, colour in _SEGMENT_COLOURS.items():
+        lines = Line3DCollection(points[net.segments[kind == k]], colors=colour, linewidths=_width(k))
         axes.add_collection3d(lines, autolim=False)
     axes.scatter(*points[net.fixed].T, s=12, marker="s", color=INK, depthshade=False)
-    for k, colour in enumerate(STATE_COLOURS[1:], start=1):
-        axes.scatter(*points[net.free][state == k].T, s=9, color=colour, depthshade=False)
+    for k, colour in STATE_COLOURS.items():
+        if k != NodeState.CLEAR:
+            axes.scatter(*points[net.free][state == k].T, s=9, color=colour, depthshade=False)
     low, high = net.positions.min(axis=0), net.positions.max(axis=0)
     middle, half = (low + high) / 2, (high - low).max() / 2
     axes.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
@@ -111,11 +112,16 @@ def _draw_fixed(axes: Axes, net: CableNet) -> Any:
 
 
 def _segment_states(net: CableNet, state: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return 2 (undecided) for segments with such an end, 1 (in contact) if both ends are, else 0 (clear)."""
-    everywhere = np.zeros(len(net.positions), dtype=np.int64)
+    """Return the state that both ends have, clear if they differ, and undecided if one end is."""
+    everywhere = np.full(len(net.positions), NodeState.CLEAR.value)
     everywhere[net.free] = state
     ends = everywhere[net.segments]
-    return np.where((ends == 2).any(axis=1), 2, np.where((ends == 1).all(axis=1), 1, 0))
+    same = np.where(ends[:, 0] == ends[:, 1], ends[:, 0], NodeState.CLEAR.value)
+    return np.where((ends == NodeState.UNDECIDED).any(axis=1), NodeState.UNDECIDED.value, same)
+
+
+def _width(kind: int) -> float:
+    return 0.9 if kind == NodeState.CLEAR else 1.5
 
 
 def _draw_lines(axes: Axes, lines: NDArray[np.float64], colour: str, width: float) -> None:

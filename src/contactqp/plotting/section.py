@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .style import BLUE, CONTACT, GROUND, INK, tidy
+from .style import BLUE, CONTACT, CONTACT_UPPER, GROUND, INK, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
@@ -54,8 +54,11 @@ def draw_section(axes: NDArray[Any], model: LatticeModel, solution: Answered, ro
     margin = 0.12 * (high - low or 1.0)
     shape_axes.fill_between(lattice.x, support, high + margin, color=GROUND, alpha=0.55, lw=0, label="support f")
     shape_axes.plot(x, deflection, color=BLUE, lw=1.8, label=f"{noun} w")
-    contact = solution.contact[number]
-    shape_axes.plot(node_x[contact], deflection[1:-1][nodes][contact], ".", color=CONTACT, ms=4, label="in contact")
+    at_nodes, upper = deflection[1:-1][nodes], solution.contact_upper[number]
+    lower = solution.contact_lower[number]
+    shape_axes.plot(node_x[lower], at_nodes[lower], ".", color=CONTACT, ms=4, label="in contact")
+    if upper.any():
+        shape_axes.plot(node_x[upper], at_nodes[upper], ".", color=CONTACT_UPPER, ms=4, label="at the upper bound")
     shape_axes.set_ylim(high + margin, low - margin)
     shape_axes.legend(loc="best", frameon=False, fontsize="small")
     shape_axes.set(ylabel="ordinate, downwards", title="Section")
@@ -63,7 +66,9 @@ def draw_section(axes: NDArray[Any], model: LatticeModel, solution: Answered, ro
     gap_axes.plot(node_x, clearance, ".-", color=INK, lw=1, ms=3)
     gap_axes.axhline(0, color=INK, lw=0.6)
     gap_axes.set(ylabel="gap ω")
-    force_axes.vlines(node_x, 0, solution.reaction[number], color=CONTACT, lw=max(0.6, min(2.0, 150 / node_x.size)))
+    reaction, width = solution.reaction[number], max(0.6, min(2.0, 150 / node_x.size))
+    for chosen, colour in ((~upper, CONTACT), (upper, CONTACT_UPPER)):
+        force_axes.vlines(node_x[chosen], 0, reaction[chosen], color=colour, lw=width)
     force_axes.axhline(0, color=INK, lw=0.6)
     force_axes.set(xlabel="x", ylabel="reaction R")
     for each in axes:

@@ -1,4 +1,4 @@
-"""What a picture shows of each node: in contact, clear or undecided."""
+"""What a picture shows of each node: in contact, with which bound, clear or undecided."""
 
 from __future__ import annotations
 
@@ -8,27 +8,38 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .style import CLEAR, CONTACT, UNDECIDED
+from ..models.records import NodeState, states_of
+from .style import CLEAR, CONTACT, CONTACT_UPPER, UNDECIDED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.colors import ListedColormap
 
-    from ..models.records import Answered, Enclosed
+    from ..models.records import Answered
 
-STATE_COLOURS = (CLEAR, CONTACT, UNDECIDED)
-"""The colours of states 0, 1 and 2."""
+STATE_COLOURS: dict[int, str] = {
+    NodeState.CLEAR: CLEAR,
+    NodeState.CONTACT: CONTACT,
+    NodeState.CONTACT_UPPER: CONTACT_UPPER,
+    NodeState.UNDECIDED: UNDECIDED,
+}
+"""The colours of states, in the order of a legend."""
 
 
-def states_of(certificate: Enclosed) -> NDArray[np.int64]:
-    """Return 1 in contact, 0 clear, 2 undecided."""
-    return np.where(certificate.contact, 1, np.where(certificate.clear, 0, 2))
+def colours_by_number() -> tuple[ListedColormap, float, float]:
+    """Return a colour map of states' numbers, and the lowest and highest number that it is stretched over."""
+    from matplotlib.colors import ListedColormap
+
+    numbers = sorted(STATE_COLOURS)
+    return ListedColormap([STATE_COLOURS[k] for k in numbers]), numbers[0] - 0.5, numbers[-1] + 0.5
 
 
 def seen(solution: Answered) -> tuple[NDArray[np.int64], str]:
     """Return the nodes' states and how sure they are: by the certificate, or else in the backend's own view."""
-    if solution.certificate is None:
-        return solution.contact.astype(int), ""
-    return states_of(solution.certificate), "certainly "
+    if solution.certificate is not None:
+        return states_of(solution.certificate), "certainly "
+    contact = np.where(solution.contact, NodeState.CONTACT.value, NodeState.CLEAR.value)
+    return np.where(solution.contact_upper, NodeState.CONTACT_UPPER.value, contact), ""
 
 
 def labels_of_states(state: NDArray[np.int64], proven: str) -> dict[int, str]:
@@ -37,12 +48,19 @@ def labels_of_states(state: NDArray[np.int64], proven: str) -> dict[int, str]:
     Parameters
     ----------
     state : array of int, shape (n,)
+        Numbers of `NodeState`.
     proven : str
         ``"certainly "`` where a certificate tells the states, ``""`` where it is the backend's own view.
     """
-    names = {0: f"{proven}clear" if proven else "free", 1: f"{proven}in contact", 2: "undecided"}
+    names = {
+        NodeState.CLEAR: f"{proven}clear" if proven else "free",
+        NodeState.CONTACT: f"{proven}in contact",
+        NodeState.CONTACT_UPPER: f"{proven}at the upper bound",
+        NodeState.UNDECIDED: "undecided",
+    }
     counts = {k: np.count_nonzero(state == k) for k in names}
-    return {k: f"{name} ({counts[k]})" for k, name in names.items() if k < 2 or counts[k]}
+    common = (NodeState.CLEAR, NodeState.CONTACT)
+    return {k: f"{name} ({counts[k]})" for k, name in names.items() if k in common or counts[k]}
 
 
 def draw_legend_of_states(axes: Axes, state: NDArray[np.int64], proven: str, more: Sequence[Any] = ()) -> None:
@@ -51,7 +69,7 @@ def draw_legend_of_states(axes: Axes, state: NDArray[np.int64], proven: str, mor
 
     labels = labels_of_states(state, proven)
     handles: list[Any] = [Patch(color=STATE_COLOURS[k], label=label) for k, label in labels.items()]
+    # Four states with their names take more than the width of a map.
+    columns = 2 if NodeState.CONTACT_UPPER in labels else 3 + len(more)
     figure: Any = axes.get_figure(root=False)
-    figure.legend(
-        handles=[*handles, *more], loc="outside lower center", ncols=3 + len(more), frameon=False, fontsize="small"
-    )
+    figure.legend(handles=[*handles, *more], loc="outside lower center", ncols=columns, frameon=False, fontsize="small")

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 CONTACT, CLEAR, UNDECIDED, INK = "#c8553d", "#dfe7ec", "#f2c14e", "#22333b"
 
+CONTACT_UPPER = "#7a4e9c"
+"""In contact with the upper bound."""
+
 BLUE, GROUND = "#2f6690", "#b9a88f"
 
 

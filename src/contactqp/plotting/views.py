@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..models.base import ContactModel
-from .states import STATE_COLOURS, draw_legend_of_states, seen, states_of
+from ..models.records import states_of
+from .states import STATE_COLOURS, draw_legend_of_states, seen
 from .style import BLUE, CONTACT, GROUND, INK, map_height, new_figure, tidy
 
 if TYPE_CHECKING:
@@ -110,7 +111,7 @@ def draw_states(model: ContactModel, axes: Axes, state: NDArray[np.int64], conta
     model : Membrane, Cable, CableNet or another model
     axes : Axes
     state : array of int, shape (n,)
-        See `states_of`.
+        Numbers of `NodeState`.
     contact : array of bool, shape (n,)
         Nodes whose boundary is drawn, where the picture has one.
     proven : str
@@ -125,7 +126,7 @@ def draw_states(model: ContactModel, axes: Axes, state: NDArray[np.int64], conta
 def scatter_states(axes: Axes, model: ContactModel, state: NDArray[np.int64]) -> None:
     """Draw the nodes as dots in the colours of their states."""
     size = float(np.clip(2500 / model.size, 3, 22))
-    for k, colour in enumerate(STATE_COLOURS):
+    for k, colour in STATE_COLOURS.items():
         x, y = model.node_x[state == k], model.node_y[state == k]
         axes.scatter(x, y, s=size, color=colour, edgecolors=INK, linewidths=0.4, zorder=2.5)
 
