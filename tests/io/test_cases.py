@@ -224,7 +224,7 @@ def test_compare_writes_a_report_and_says_what_was_found(tmp_path):
 
 
 def test_a_finding_is_printed_below_the_table(capsys):
-    from test_tolerances import touching_softly
+    from strategies import touching_softly
 
     from contactqp.cli.tables import print_comparison
 

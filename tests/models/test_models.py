@@ -1,6 +1,9 @@
+from fractions import Fraction
+
 import numpy as np
 import pytest
 import xarray as xr
+from springs import springs
 
 import contactqp as cq
 import contactqp.testing
@@ -312,3 +315,70 @@ def test_the_surrogate_surface():
 def test_gap_scale_does_not_depend_on_the_spacing():
     scales = [bowl(nodes).problem.gap_scale for nodes in (31, 63, 127, 255)]
     assert max(scales) < 1.05 * min(scales)
+
+
+def test_nodes_of_a_lattice_stand_for_equal_areas():
+    membrane = cq.Membrane(cq.Frame.rectangle(5, 4).lattice(0.5), 1.0, 0.3, 9.0)
+    cable = cq.Cable(nodes=3, spacing=0.5, tension=2.0, load=3.0, support=1.0)
+    for model, area in ((membrane, 0.25), (cable, 0.5)):
+        np.testing.assert_array_equal(model.node_area, np.full(model.size, area))
+        assert model.node_area.strides == (0,), "one number repeated takes no memory"
+        with pytest.raises(ValueError, match="read-only"):
+            model.node_area[0] = 1.0
+    assert membrane.nodal_load.strides == cable.nodal_load.strides == (0,)
+
+
+def test_areas_of_nodes_in_contact_are_added_and_rounded_outwards():
+    model = springs()
+    solution = cq.solve(model)
+    contact = model.exact == model.support
+    assert 10 < contact.sum() < 30
+    exact = sum(map(Fraction, model.node_area[contact]))
+    area = solution.contact_area
+    assert Fraction(area.lower) < exact < Fraction(area.upper)
+    assert area.upper - area.lower < 1e-14
+    np.testing.assert_array_equal(solution.contact_pressure, solution.reaction / model.node_area)
+    rough = cq.certify(model, model.support - model.exact + 10.0, effort="fast")
+    assert 0 < rough.contact.sum() < (rough.contact | rough.undecided).sum()
+    assert Fraction(rough.contact_area.lower) < sum(map(Fraction, model.node_area[rough.contact]))
+    assert Fraction(rough.contact_area.upper) > sum(map(Fraction, model.node_area[rough.contact | rough.undecided]))
+    free = springs(support=np.full(40, 9.0))
+    assert cq.solve(free).contact_area == (0.0, 0.0)
+
+
+def test_the_lattice_of_a_cable_is_known_before_its_load_and_support():
+    lattice = cq.Cable.lattice_of(4.0, spacing=0.5, start=-2.0)
+    cable = cq.Cable(4.0, spacing=0.5, tension=1.0, load=1.0, support=lattice.x**2, start=-2.0)
+    np.testing.assert_array_equal(cable.lattice.x, lattice.x)
+    np.testing.assert_array_equal(cable.support, cable.node_x**2)
+    assert cq.Cable.lattice_of(nodes=3, spacing=1.0).shape == (1, 3)
+    with pytest.raises(ValueError, match="whole multiple"):
+        cq.Cable.lattice_of(4.0, spacing=0.7)
+    with pytest.raises(ValueError, match="start must be finite, got nan"):
+        cq.Cable.lattice_of(4.0, spacing=0.5, start=np.nan)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        cq.Membrane(LATTICE, 1.0, 0.3, 9.0),
+        cq.Cable(nodes=3, spacing=0.5, tension=2.0, load=3.0, support=1.0),
+        cq.CableNet.orthogonal(LATTICE, 1.0, load=1.0, support=1.0),
+    ],
+    ids=repr,
+)
+def test_fields_are_taken_at_the_nodes_as_when_the_model_was_made(model):
+    expected = 2.0 * model.node_x
+    for field in (lambda x, y: 2 * x, expected, expected.tolist()):
+        values = model.at_nodes(field, "depth")
+        np.testing.assert_array_equal(values, expected)
+        assert not values.flags.writeable
+    assert model.at_nodes(np.inf, "depth", allow_inf=True).min() == np.inf
+    with pytest.raises(ValueError, match=r"depth must be finite, but is inf at node 0 \("):
+        model.at_nodes(np.inf, "depth")
+    with pytest.raises(ValueError, match=r"depth must be finite or \+inf \(no support\), but is -inf at node 0 \("):
+        model.at_nodes(-np.inf, "depth", allow_inf=True)
+    with pytest.raises(ValueError, match=r"depth\(x, y\) must return a number or shape"):
+        model.at_nodes(lambda x, y: np.ones((2, 2)), "depth")
+    with pytest.raises(ValueError, match="depth must be a number"):
+        model.at_nodes(np.ones(99), "depth")

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Vector
-from ..models.cable_net import CableNet
-from ..models.on_lattice import LatticeModel
-from ..plotting.answers import draw_sorted_gap
-from ..plotting.on_lattice import draw_contact_map, draw_frame_outline, draw_section
-from ..plotting.on_net import draw_fixed, draw_net_spread, draw_plan
-from ..plotting.states import seen
-from ..plotting.style import BLUE, CONTACT, GROUND, INK, head, new_figure, plan_height, section_axes, tidy, two_halves
+from ..models.records import subject_of
+from ..plotting.style import BLUE, CONTACT, GROUND, INK, head, new_figure, tidy, two_halves
+from ..plotting.views import NodePlaces, draw_answer, values_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..models.base import ContactModel
     from .comparison import Comparison
 
 _DECADES = 6
@@ -40,19 +35,9 @@ def plot_comparison(comparison: Comparison) -> Figure:
         raise ValueError(f"there is nothing to draw: no backend returned an answer ({comparison.verdict()})")
     figure = new_figure(12.5, 5.8)
     left, right = two_halves(figure)
-    model = best.model
-    if isinstance(model, CableNet):
-        axes = left.subplots()
-        draw_plan(axes, model, *seen(best))
-        _mark_differences(axes, comparison, model)
-    elif not isinstance(model, LatticeModel):
-        draw_sorted_gap(left.subplots(), best)
-    elif model.is_line:
-        draw_section(section_axes(left), best, model)
-    else:
-        axes = left.subplots()
-        draw_contact_map(axes, best, model)
-        _mark_differences(axes, comparison, model)
+    places = draw_answer(subject_of(best), left, best)
+    if places is not None:
+        _mark_differences(places, comparison)
     above, below = right.subplots(2, 1, sharey=True)
     _draw_bars(above, below, comparison)
     verdict = "all agree" if comparison.agree else "no agreement: " + ", ".join(comparison.culprits)
@@ -61,12 +46,12 @@ def plot_comparison(comparison: Comparison) -> Figure:
     return figure
 
 
-def _mark_differences(axes: Axes, comparison: Comparison, model: ContactModel) -> None:
+def _mark_differences(places: NodePlaces, comparison: Comparison) -> None:
     differing = _differing_nodes(comparison)
     if differing.size:
-        x, y = model.node_x[differing], model.node_y[differing]
-        axes.scatter(x, y, s=26, facecolors="none", edgecolors="black")
-        axes.set_title(f"Contact map; backends differ at {differing.size} circled nodes")
+        x, y = places.x[differing], places.y[differing]
+        places.axes.scatter(x, y, s=26, facecolors="none", edgecolors="black")
+        places.axes.set_title(f"Contact map; backends differ at {differing.size} circled nodes")
 
 
 def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
@@ -121,70 +106,22 @@ def plot_disagreement(comparison: Comparison) -> Figure:
     spread = comparison.spread
     rounding = float(np.finfo(np.float64).eps) * comparison.problem.gap_scale
     floor = max(float(spread.max()) * 10.0**-_DECADES, rounding, _LEAST_DRAWN)
-    model = comparison.model
-    if isinstance(model, CableNet):
-        figure = new_figure(8.5, plan_height(model.positions) + 1.0)
-        _draw_spread_map(figure.subplots(), comparison, model, floor)
-    elif not isinstance(model, LatticeModel):
-        figure = new_figure(8, 4.6)
-        _draw_sorted_spread(figure.subplots(), spread, floor)
-    elif model.is_line:
-        figure = new_figure(9, 4.6)
-        _draw_spread_along(figure.subplots(), comparison, model, floor)
-    else:
-        rows, columns = model.lattice.shape
-        figure = new_figure(8.5, float(np.clip(6.8 * rows / columns, 2.2, 7.5)) + 1.0)
-        _draw_spread_map(figure.subplots(), comparison, model, floor)
+    figure, places = values_figure(subject_of(comparison), spread, floor, "difference of gaps (length)")
+    if places is not None:
+        _mark_worst(places, comparison)
     names = ", ".join(comparison.usable)
     head(figure, f"Largest less smallest gap of {len(comparison.usable)} answers ({names})")
     return figure
 
 
-def _draw_spread_map(axes: Axes, comparison: Comparison, model: LatticeModel | CableNet, floor: float) -> None:
-    from matplotlib.colors import LogNorm
-
-    spread = np.maximum(comparison.spread, floor)
-    norm = LogNorm(floor, max(float(spread.max()), 10 * floor))
-    x, y = model.node_x, model.node_y
-    if isinstance(model, CableNet):
-        width, height = np.ptp(model.positions, axis=0)
-        picture: Any = draw_net_spread(axes, model, spread, norm)
-        draw_fixed(axes, model)
-    else:
-        lattice = model.lattice
-        height, width = lattice.shape
-        picture = axes.pcolormesh(
-            lattice.x, lattice.y, lattice.scatter(spread), cmap="viridis", norm=norm, shading="nearest", rasterized=True
-        )
-        draw_frame_outline(axes, model)
-    figure = axes.get_figure(root=False)
-    assert figure is not None
-    place = "bottom" if width > 2 * height else "right"
-    figure.colorbar(picture, ax=axes, extend="min", label="difference of gaps (length)", shrink=0.85, location=place)
+def _mark_worst(places: NodePlaces, comparison: Comparison) -> None:
+    """Circle the nodes whose contact differs, and number the worst ones."""
+    axes, x, y, apart, ring = places
     differing = _differing_nodes(comparison)
     if differing.size:
-        axes.scatter(x[differing], y[differing], s=34, facecolors="none", edgecolors=CONTACT, linewidths=1.1)
-    _number_worst(axes, comparison, x, y, 0.05 * max(np.ptp(x), np.ptp(y)))
-    axes.set(aspect="equal", xlabel="x", ylabel="y")
+        axes.scatter(x[differing], y[differing], s=ring, facecolors="none", edgecolors=CONTACT, linewidths=1.1)
+    _number_worst(axes, comparison, x, y, apart)
     axes.set_title(_caption(differing.size), fontsize="medium")
-    tidy(axes)
-
-
-def _draw_spread_along(axes: Axes, comparison: Comparison, model: LatticeModel, floor: float) -> None:
-    x, height = model.lattice.node_x, np.maximum(comparison.spread, floor)
-    axes.plot(x, height, ".-", color=BLUE, lw=1, ms=4)
-    differing = _differing_nodes(comparison)
-    axes.scatter(x[differing], height[differing], s=60, facecolors="none", edgecolors=CONTACT, linewidths=1.1)
-    _number_worst(axes, comparison, x, height, 0.03 * np.ptp(x))
-    axes.set(yscale="log", xlabel="x", ylabel="difference of gaps (length)")
-    axes.set_title(_caption(differing.size), fontsize="medium")
-    tidy(axes)
-
-
-def _draw_sorted_spread(axes: Axes, spread: Vector, floor: float) -> None:
-    axes.plot(np.arange(1, spread.size + 1), np.maximum(np.sort(spread)[::-1], floor), ".-", color=BLUE, lw=1, ms=4)
-    axes.set(yscale="log", xlabel="unknowns, sorted", ylabel="difference of gaps (length)")
-    tidy(axes)
 
 
 def _number_worst(axes: Axes, comparison: Comparison, x: Vector, y: Vector, apart: float) -> None:

@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from .checks import Vector
+
 
 class Bracket(NamedTuple):
     """A number that is known to lie between two others.
@@ -33,3 +35,24 @@ def sum_above(numbers: Iterable[float]) -> float:
         return math.nextafter(math.fsum(numbers), math.inf)
     except OverflowError:
         return math.inf
+
+
+def sum_between(lower: Vector, upper: Vector) -> Bracket:
+    """Return a bracket of the sum of numbers that lie between ``lower`` and ``upper``, rounded outwards.
+
+    Where no number is negative (positive), the sum is not either.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> bracket = sum_between(np.array([0.0, 0.1]), np.array([0.0, 0.2]))
+    >>> bracket.lower < 0.1 <= 0.2 < bracket.upper
+    True
+    >>> sum_between(np.zeros(3), np.zeros(3))
+    Bracket(lower=0.0, upper=0.0)
+    """
+    low, high = sum_below(lower), sum_above(upper)
+    return Bracket(
+        max(0.0, low) if (lower >= 0).all() else low,
+        min(0.0, high) if (upper <= 0).all() else high,
+    )

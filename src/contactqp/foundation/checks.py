@@ -116,6 +116,7 @@ def repeated(vector: Vector) -> bool:
 
 def times(vector: Vector, factor: float | Vector) -> Vector:
     """Return ``vector * factor``, one number repeated where both are."""
-    if repeated(vector) and np.ndim(factor) == 0:
-        return np.broadcast_to(vector[0] * factor, vector.shape)
+    one = np.asarray(factor)
+    if repeated(vector) and (one.ndim == 0 or repeated(one)):
+        return np.broadcast_to(vector[0] * one.flat[0], vector.shape)
     return read_only(vector * factor)

@@ -11,8 +11,59 @@ from numpy.typing import ArrayLike, NDArray
 from ..foundation.checks import Mask, Vector, finite_number, real_array
 from .lattice import Lattice
 
-Field: TypeAlias = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
+FieldLike: TypeAlias = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
 """A number, an array on the lattice's shape, a vector in node order, an xarray.DataArray, or a function of (x, y)."""
+
+
+def values_at(
+    field: Any,
+    name: str,
+    coordinates: Callable[[], tuple[Vector, Vector]],
+    entries: Callable[[Any], NDArray[np.float64]],
+    describe: Callable[[int], str],
+    size: int,
+    *,
+    allow_inf: bool = False,
+) -> Vector:
+    """Return the values of a field at points, however the field is given.
+
+    Parameters
+    ----------
+    field : number, array, xarray.DataArray or function of (x, y)
+        A function gets the points' coordinates as two vectors and returns a vector or a number.
+    name : str
+        The argument's name, for messages.
+    coordinates : callable
+        Returns x and y of the points, shape (size,) each (length); called only if the field is a function.
+    entries : callable
+        Returns from a field that is no function the number, or the points' values, shape (size,).
+    describe : callable
+        Names a point by its number among the points, for messages.
+    size : int
+        Number of points.
+    allow_inf : bool
+        Whether +inf is a value (a support that is not there).
+
+    Returns
+    -------
+    array, shape (size,)
+        A number is repeated without taking memory.
+
+    Raises
+    ------
+    TypeError
+        If the values are complex or not numeric.
+    ValueError
+        If the shape does not fit, or a value is nan or not finite.
+    """
+    values = evaluated(field, *coordinates(), name) if is_function(field) else entries(field)
+    vector = np.broadcast_to(values, (size,))
+    good = np.isfinite(vector) | (vector == np.inf) if allow_inf else np.isfinite(vector)
+    if not good.all():
+        worst = int(np.argmin(good))
+        wanted = "finite or +inf (no support)" if allow_inf else "finite"
+        raise ValueError(f"{name} must be {wanted}, but is {vector[worst]} at {describe(worst)}")
+    return vector
 
 
 def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
@@ -41,20 +92,99 @@ def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) 
     ValueError
         If the shape does not fit, or a node's value is nan or not finite.
     """
-    if is_function(field):
-        values = evaluated(field, lattice.node_x, lattice.node_y, name)
-    elif is_dataarray(field) and field.ndim:
-        values = lattice.gather(on_lattice(lattice, field, name))
-    else:
-        values = real_array(field, name)
+
+    def entries(given: Any) -> NDArray[np.float64]:
+        if is_dataarray(given) and given.ndim:
+            return lattice.gather(on_lattice(lattice, given, name))
+        values = real_array(given, name)
         if values.shape == lattice.shape:
-            values = lattice.gather(values)
-        elif values.shape not in ((), (lattice.size,)):
+            return lattice.gather(values)
+        if values.shape not in ((), (lattice.size,)):
             raise ValueError(
                 f"{name} must be a number, an array of the lattice's shape {lattice.shape} or a vector of its "
                 f"{lattice.size} nodes, got shape {values.shape}"
             )
-    return checked(values, lattice.size, name, lattice.describe, allow_inf=allow_inf)
+        return values
+
+    def coordinates() -> tuple[Vector, Vector]:
+        return lattice.node_x, lattice.node_y
+
+    return values_at(field, name, coordinates, entries, lattice.describe, lattice.size, allow_inf=allow_inf)
+
+
+def sample_points(
+    positions: Vector,
+    chosen: NDArray[np.int64],
+    field: Any,
+    name: str,
+    describe: Callable[[int], str],
+    *,
+    allow_inf: bool = False,
+) -> Vector:
+    """Return the values of a field at some of many points that lie anywhere in plan.
+
+    Parameters
+    ----------
+    positions : array, shape (points, 2)
+        Coordinates x, y of all points (length).
+    chosen : array of int, shape (size,)
+        Numbers of the points whose values are wanted.
+    field : number, array or function of (x, y)
+        An array has an entry for each of the chosen points in their order, or for each point.
+    name, describe, allow_inf
+        See `values_at`.
+
+    Returns
+    -------
+    array, shape (size,)
+
+    Raises
+    ------
+    TypeError, ValueError
+        See `values_at`.
+    """
+
+    def entries(given: Any) -> NDArray[np.float64]:
+        values = real_array(given, name)
+        if values.shape == (len(positions),):
+            return values[chosen]
+        if values.shape not in ((), (chosen.size,)):
+            raise ValueError(
+                f"{name} must be a number or have shape ({chosen.size},) or ({len(positions)},), got {values.shape}"
+            )
+        return values
+
+    def coordinates() -> tuple[Vector, Vector]:
+        x, y = positions[chosen].T
+        return x, y
+
+    return values_at(field, name, coordinates, entries, describe, chosen.size, allow_inf=allow_inf)
+
+
+def of_x_and_y(field: Any) -> Any:
+    """Return a function of x alone as one of (x, y), and everything else as it is.
+
+    Examples
+    --------
+    >>> of_x_and_y(np.sqrt)(4.0, 0.0)
+    np.float64(2.0)
+    >>> of_x_and_y(lambda x, y: x - y)(4.0, 1.0)
+    3.0
+    >>> of_x_and_y(7.0)
+    7.0
+    """
+    if not callable(field):
+        return field
+    import inspect
+
+    try:
+        parameters = inspect.signature(field).parameters.values()
+    except ValueError:  # builtins without a signature, such as numpy's ufuncs, take x
+        return lambda x, y: field(x)
+    required = [
+        p for p in parameters if p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)
+    ]
+    return field if len(required) == 2 else lambda x, y: field(x)
 
 
 def evaluated(function: Any, x: Vector, y: Vector, name: str) -> NDArray[np.float64]:
@@ -65,19 +195,6 @@ def evaluated(function: Any, x: Vector, y: Vector, name: str) -> NDArray[np.floa
             f"{name}(x, y) must return a number or shape {x.shape} for the {x.size} points, got {values.shape}"
         )
     return values
-
-
-def checked(
-    values: NDArray[np.float64], size: int, name: str, describe: Callable[[int], str], *, allow_inf: bool = False
-) -> Vector:
-    """Return a number or a vector as a vector of finite values, a number repeated; with ``allow_inf`` +inf is one."""
-    vector = np.broadcast_to(values, (size,))
-    good = np.isfinite(vector) | (vector == np.inf) if allow_inf else np.isfinite(vector)
-    if not good.all():
-        worst = int(np.argmin(good))
-        wanted = "finite or +inf (no support)" if allow_inf else "finite"
-        raise ValueError(f"{name} must be {wanted}, but is {vector[worst]} at {describe(worst)}")
-    return vector
 
 
 def is_function(field: Any) -> bool:

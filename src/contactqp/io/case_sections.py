@@ -6,8 +6,9 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from .. import profiles
 from ..geometry.frame import Frame
+from ..profiles.analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane
+from ..profiles.sampled import Sampled
 
 Positive: TypeAlias = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
 
@@ -184,13 +185,13 @@ ProfileSection: TypeAlias = Annotated[
 ]
 
 PROFILES: dict[str, Any] = {
-    "plane": profiles.Plane,
-    "paraboloid": profiles.Paraboloid,
-    "cone": profiles.Cone,
-    "cylinder": profiles.Cylinder,
-    "hemisphere": profiles.Hemisphere,
-    "hill-and-floor": profiles.HillAndFloor,
-    "sampled": profiles.Sampled.from_csv,
+    "plane": Plane,
+    "paraboloid": Paraboloid,
+    "cone": Cone,
+    "cylinder": Cylinder,
+    "hemisphere": Hemisphere,
+    "hill-and-floor": HillAndFloor,
+    "sampled": Sampled.from_csv,
 }
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from ..errors import CaseFileError
 from ..geometry.lattice import Lattice
@@ -50,13 +51,13 @@ def load_case(path: str | Path) -> Membrane | Cable:
         raise CaseFileError(f"{path}: cannot read the case file: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise CaseFileError(f"{path}: not a TOML file: {error}") from None
-    kind: type[MembraneCase] | type[CableCase] = CableCase if data.get("model") == "cable" else MembraneCase
+    section, model_of = _KINDS.get(str(data.get("model")), _KINDS["membrane"])
     try:
-        case = kind.model_validate(data)
+        case = section.model_validate(data)
     except ValidationError as error:
         raise CaseFileError(f"{path}:\n" + "\n".join(_explain(error))) from None
     try:
-        return _cable(case, path) if isinstance(case, CableCase) else _membrane(case, path)
+        return model_of(case, path)
     except CaseFileError:
         raise
     except (ValueError, TypeError) as error:
@@ -79,16 +80,23 @@ def _membrane(case: MembraneCase, path: Path) -> Membrane:
 
 
 def _cable(case: CableCase, path: Path) -> Cable:
-    probe = Cable(span=case.span, spacing=case.spacing, tension=1.0, load=0.0, support=0.0, start=case.start)
+    lattice = Cable.lattice_of(case.span, spacing=case.spacing, start=case.start)
     return Cable(
         span=case.span,
         spacing=case.spacing,
         tension=case.tension,
-        load=_field(case.load, "load", probe.lattice, path),
-        support=_field(case.support, "support", probe.lattice, path),
-        frame_height=_field(case.frame_height, "frame_height", probe.lattice, path),
+        load=_field(case.load, "load", lattice, path),
+        support=_field(case.support, "support", lattice, path),
+        frame_height=_field(case.frame_height, "frame_height", lattice, path),
         start=case.start,
     )
+
+
+_KINDS: dict[str, tuple[type[BaseModel], Callable[[Any, Path], Membrane | Cable]]] = {
+    "membrane": (MembraneCase, _membrane),
+    "cable": (CableCase, _cable),
+}
+"""The section that describes a kind of model, and what makes the model of it, by the name in the file."""
 
 
 def _field(value: Any, key: str, lattice: Lattice, path: Path) -> Any:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,26 +25,14 @@ def read_array(case_path: Path, key: str, name: str, entry: str | None) -> NDArr
     """Return the two-dimensional array of numbers in a data file that a case names relative to its own folder."""
     file = existing_file(case_path, key, name)
     where = f"{case_path}: {key} = {name!r}"
+    suffix = file.suffix.lower()
+    reader = READERS.get(_OTHER_SUFFIXES.get(suffix, suffix))
+    if reader is None:
+        raise CaseFileError(f"{where}: unknown kind {suffix!r}; known: {' '.join(READERS)}")
     try:
-        match file.suffix.lower():
-            case ".npy":
-                values = np.load(file)
-            case ".npz":
-                with np.load(file) as archive:
-                    names = list(archive)
-                    if entry is None and len(names) != 1:
-                        raise CaseFileError(f"{where}: choose one of its arrays by key: {', '.join(names)}")
-                    if entry is not None and entry not in names:
-                        raise CaseFileError(f"{where}: no array {entry!r} in it; it has {', '.join(names)}")
-                    values = archive[entry or names[0]]
-            case ".csv":
-                values = np.loadtxt(file, delimiter=",", ndmin=2)
-            case ".png" | ".jpg" | ".jpeg" | ".tif" | ".tiff" | ".bmp":
-                values = _grey(file)
-            case suffix:
-                raise CaseFileError(f"{where}: unknown kind {suffix!r}; known: .npy .npz .csv .png .jpg .tif .bmp")
-    except CaseFileError:
-        raise
+        values = reader(file, entry)
+    except CaseFileError as error:
+        raise CaseFileError(f"{where}: {error}") from None
     except (ValueError, OSError) as error:
         raise CaseFileError(f"{where}: cannot read it: {error}") from None
     array = np.atleast_2d(np.asarray(values))
@@ -53,7 +43,25 @@ def read_array(case_path: Path, key: str, name: str, entry: str | None) -> NDArr
     return array.astype(np.float64)
 
 
-def _grey(file: Path) -> NDArray[np.float64]:
+def _array(file: Path, entry: str | None) -> NDArray[Any]:
+    return np.asarray(np.load(file))
+
+
+def _array_of_archive(file: Path, entry: str | None) -> NDArray[Any]:
+    with np.load(file) as archive:
+        names = list(archive)
+        if entry is None and len(names) != 1:
+            raise CaseFileError(f"choose one of its arrays by key: {', '.join(names)}")
+        if entry is not None and entry not in names:
+            raise CaseFileError(f"no array {entry!r} in it; it has {', '.join(names)}")
+        return np.asarray(archive[entry or names[0]])
+
+
+def _table(file: Path, entry: str | None) -> NDArray[Any]:
+    return np.loadtxt(file, delimiter=",", ndmin=2)
+
+
+def _grey_levels(file: Path, entry: str | None) -> NDArray[Any]:
     from matplotlib import image
 
     pixels = np.asarray(image.imread(file))
@@ -62,6 +70,20 @@ def _grey(file: Path) -> NDArray[np.float64]:
     if pixels.ndim == 3:
         pixels = pixels[..., :3].mean(axis=2) if pixels.shape[2] >= 3 else pixels[..., 0]
     return np.asarray(pixels[::-1], dtype=np.float64)
+
+
+READERS: dict[str, Callable[[Path, str | None], NDArray[Any]]] = {
+    ".npy": _array,
+    ".npz": _array_of_archive,
+    ".csv": _table,
+    ".png": _grey_levels,
+    ".jpg": _grey_levels,
+    ".tif": _grey_levels,
+    ".bmp": _grey_levels,
+}
+"""What reads a file's array, by its suffix; where a file holds several, it takes the name of one."""
+
+_OTHER_SUFFIXES = {".jpeg": ".jpg", ".tiff": ".tif"}
 
 
 def resampled(grid: NDArray[np.float64], lattice: Lattice) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,24 @@ _LEAST_DEPTH = 1e-6
 """The gap scale is at least this part of the unsupported deflection: a shallower support counts as flat."""
 
 
+class Coordinate(NamedTuple):
+    """What a dataset's axis, or each node on it, is labelled by.
+
+    Attributes
+    ----------
+    dimension : str
+        The axis.
+    values : array
+        One for each place on the axis.
+    attributes : dict of str to str
+        Unit or meaning of the values.
+    """
+
+    dimension: str
+    values: NDArray[Any]
+    attributes: dict[str, str]
+
+
 class ContactModel(ABC):
     """Nodes that tensioned arms join to each other and to a frame, over a rigid support.
 
@@ -56,13 +74,13 @@ class ContactModel(ABC):
         Active load at the nodes, positive downwards, in the unit that `units` tells.
     support : array, shape (n,)
         Ordinate of the rigid profile at the nodes, positive downwards (length); +inf where there is none.
-    node_area : float or None
-        Area (cable: length) that a node stands for; None if nodes stand for none.
+    node_area : array, shape (n,), or None
+        Area (cable: length) that each node stands for; None if nodes stand for none.
     """
 
     load: Vector
     support: Vector
-    node_area: float | None = None
+    node_area: Vector | None = None
     _datum: float = 0.0
     """Mean height of the frame (length)."""
     _relative: ContactQP | None = None
@@ -118,6 +136,38 @@ class ContactModel(ABC):
     def units(self) -> dict[str, str]:
         """Units of the model's quantities in words, by name."""
 
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Width and height in plan of what a picture of the model shows (length)."""
+        return float(np.ptp(self.node_x)), float(np.ptp(self.node_y))
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Numbers that hold for the whole model, by name, as a dataset states them."""
+        return {}
+
+    @property
+    def coordinates(self) -> dict[str, Coordinate]:
+        """Coordinates of what `laid_out` returns, by name."""
+        length = {"units": "length"}
+        places = {"x": self.node_x, "y": self.node_y}
+        return {name: Coordinate("node", np.array(place), length) for name, place in places.items()}
+
+    def laid_out(self, values: Vector) -> tuple[tuple[str, ...], NDArray[Any]]:
+        """Return the dimensions of the nodes' values in a dataset, and the values laid out along them, a new array.
+
+        Parameters
+        ----------
+        values : array, shape (n,)
+        """
+        return ("node",), np.array(values)
+
+    @property
+    def stiffness_data(self) -> tuple[NDArray[Any], ...]:
+        """Arrays that the stiffness consists of: two models whose arrays are equal have the same one."""
+        matrix = self.problem.G
+        return matrix.data, matrix.indices, matrix.indptr
+
     @abstractmethod
     def _stiffness(self) -> Any:
         """Return G, as a `ContactQP` takes it."""
@@ -137,7 +187,7 @@ class ContactModel(ABC):
         """Return the frame's ordinates from its mean height for a stencil, or None if they are zero."""
         return None
 
-    def area_of_node(self, attribute: str) -> float:
+    def area_of_node(self, attribute: str) -> Vector:
         """Return `node_area` for an attribute that needs it; an AttributeError names that where there is none."""
         if self.node_area is None:
             raise AttributeError(

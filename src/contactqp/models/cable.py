@@ -5,9 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..foundation.checks import Vector, finite_number, integer_at_least, positive_number
+from ..geometry.fields import of_x_and_y
 from ..geometry.lattice import Lattice
+from .base import Coordinate
 from .on_lattice import LatticeModel
 
 if TYPE_CHECKING:
@@ -76,23 +79,57 @@ class Cable(LatticeModel):
         frame_height: Any = 0.0,
         start: float = 0.0,
     ) -> None:
-        spacing = positive_number(spacing, "spacing")
+        lattice = Cable.lattice_of(span, nodes, spacing=spacing, start=start)
         tension = positive_number(tension, "tension")
-        self.start = start = finite_number(start, "start")
+        self.start = float(start)
+        arms = tension / lattice.spacing, 0.0
+        super().__init__(lattice, tension, load, support, of_x_and_y(frame_height), area=lattice.spacing, arms=arms)
+
+    @staticmethod
+    def lattice_of(
+        span: float | None = None, nodes: int | None = None, *, spacing: float, start: float = 0.0
+    ) -> Lattice:
+        """Return the lattice of a cable's nodes, one row of them.
+
+        Parameters
+        ----------
+        span, nodes, spacing, start
+            See the class.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument has the wrong kind or range.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> cq.Cable.lattice_of(10.0, spacing=2.5, start=-5.0).x
+        array([-2.5,  0. ,  2.5])
+        """
+        spacing = positive_number(spacing, "spacing")
+        start = finite_number(start, "start")
         count = _node_count(span, nodes, spacing)
-        lattice = Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
-        super().__init__(
-            lattice, tension, load, support, _along_x(frame_height), area=spacing, arms=(tension / spacing, 0.0)
-        )
+        return Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
 
     def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
         """See `ContactModel.at_nodes`; a function may also be one of x alone."""
-        return super().at_nodes(_along_x(field), name, allow_inf=allow_inf)
+        return super().at_nodes(of_x_and_y(field), name, allow_inf=allow_inf)
 
     @property
     def span(self) -> float:
         """Distance of the ends (length)."""
         return self.lattice.spacing * (self.lattice.size + 1)
+
+    @property
+    def coordinates(self) -> dict[str, Coordinate]:
+        """Abscissae of the nodes (length)."""
+        return {"x": super().coordinates["x"]}
+
+    def laid_out(self, values: Vector) -> tuple[tuple[str, ...], NDArray[Any]]:
+        """Return values of the nodes along x; see `ContactModel.laid_out`."""
+        _, grid = super().laid_out(values)
+        return ("x",), grid[0]
 
     def spans(self, solution: Answered) -> pd.DataFrame:
         """Return the cable's free spans and contact stretches in turn, from the left end to the right.
@@ -155,19 +192,3 @@ def _node_count(span: float | None, nodes: int | None, spacing: float) -> int:
             f"span must be a whole multiple (2 or more) of the spacing, got {span:g} / {spacing:g} = {ratio:.12g}"
         )
     return round(ratio) - 1
-
-
-def _along_x(field: Any) -> Any:
-    """Let a function of x alone stand for one of (x, y); leave everything else as it is."""
-    if not callable(field):
-        return field
-    import inspect
-
-    try:
-        parameters = inspect.signature(field).parameters.values()
-    except ValueError:  # builtins without a signature, such as numpy's ufuncs, take x
-        return lambda x, y: field(x)
-    required = [
-        p for p in parameters if p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)
-    ]
-    return field if len(required) == 2 else lambda x, y: field(x)

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..algebra.stencil import Stencil
-from ..foundation.checks import Mask, Vector, positive_number, read_only, real_array, refuse_non_finite
-from ..geometry.fields import Field, checked, evaluated, frame_heights, is_function, sample
+from ..foundation.checks import Mask, Vector, positive_number, read_only, refuse_non_finite
+from ..geometry.fields import FieldLike, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
-from .base import ContactModel
+from .base import ContactModel, Coordinate
 from .cable_net_arguments import (
     Numbers,
     checked_positions,
@@ -104,10 +104,10 @@ class CableNet(ContactModel):
         tension: ArrayLike | None = None,
         *,
         force_density: ArrayLike | None = None,
-        load: Field,
-        support: Field,
+        load: FieldLike,
+        support: FieldLike,
         fixed: ArrayLike,
-        fixed_height: Field = 0.0,
+        fixed_height: FieldLike = 0.0,
     ) -> None:
         self.positions: Vector = read_only(checked_positions(positions))
         self.segments: Numbers = read_only(checked_segments(segments, len(self.positions)))
@@ -130,13 +130,14 @@ class CableNet(ContactModel):
         self._refuse_floating_parts()
         self.load: Vector = self.at_nodes(load, "load")
         self.support: Vector = self.at_nodes(support, "support", allow_inf=True)
-        self.fixed_height: Vector = read_only(np.array(self._at_fixed(fixed_height)))
+        heights = sample_points(self.positions, self.fixed, fixed_height, "fixed_height", self._describe_fixed)
+        self.fixed_height: Vector = read_only(np.array(heights))
         self._frame = self.fixed_height[np.isin(self.fixed, self.segments[self._holding].ravel())]
         self._datum = float(self._frame.mean())
 
     @classmethod
     def orthogonal(
-        cls, lattice: Lattice, tension: float, *, load: Field, support: Field, frame_height: Field = 0.0
+        cls, lattice: Lattice, tension: float, *, load: FieldLike, support: FieldLike, frame_height: FieldLike = 0.0
     ) -> CableNet:
         """Return the net of cables along the rows and columns of a lattice.
 
@@ -239,6 +240,11 @@ class CableNet(ContactModel):
         )
         return np.column_stack([self._sum_at_nodes(np.column_stack([along, -along]).ravel()) for along in pulled.T])
 
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+        """See `ContactModel.at_nodes`; an array has an entry for each node, or for each point."""
+        values = sample_points(self.positions, self.free, field, name, self.describe, allow_inf=allow_inf)
+        return read_only(np.array(values))
+
     @property
     def nodal_load(self) -> Vector:
         """Active force P on each node (force), shape (n,)."""
@@ -258,6 +264,10 @@ class CableNet(ContactModel):
         """Name a node by its number, that of its point, and its coordinates: ``node 3 (point 7, x=0.5, y=1)``."""
         point = int(self.free[node])
         return f"node {node} (point {point}, x={self.positions[point, 0]:g}, y={self.positions[point, 1]:g})"
+
+    def _describe_fixed(self, k: int) -> str:
+        x, y = self.positions[self.fixed[k]]
+        return f"point {self.fixed[k]} (x={x:g}, y={y:g})"
 
     def point_heights(self, heights: Vector) -> Vector:
         """Return ordinates of all points, shape (points,), from those of the nodes; the fixed ones have their own."""
@@ -281,6 +291,18 @@ class CableNet(ContactModel):
     def units(self) -> dict[str, str]:
         """Units of the model's quantities in words, by name."""
         return {"gap": "length", "deflection": "length", "support": "length", "reaction": "force", "load": "force"}
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Width and height in plan of all points, fixed ones included (length)."""
+        width, height = np.ptp(self.positions, axis=0)
+        return float(width), float(height)
+
+    @property
+    def coordinates(self) -> dict[str, Coordinate]:
+        """Plan coordinates of the nodes (length), and their numbers among all points."""
+        point = Coordinate("node", np.array(self.free), {"long_name": "number among all points"})
+        return super().coordinates | {"point": point}
 
     @cached_property
     def _holding(self) -> Mask:
@@ -364,41 +386,6 @@ class CableNet(ContactModel):
                 f"{int(loose.sum())} part(s) of the net have no fixed point, among them that of point {point} "
                 f"(x={x:g}, y={y:g}); fix a point of each, or join them to the rest"
             )
-
-    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
-        """See `ContactModel.at_nodes`; an array has an entry for each node, or for each point."""
-        return read_only(np.array(self._at_nodes(field, name, allow_inf=allow_inf)))
-
-    def _at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
-        if is_function(field):
-            values = evaluated(field, self.node_x, self.node_y, name)
-        else:
-            values = self._chosen(real_array(field, name), self.free, name)
-        return checked(values, self.free.size, name, self.describe, allow_inf=allow_inf)
-
-    def _at_fixed(self, field: Any) -> Vector:
-        if is_function(field):
-            x, y = self.positions[self.fixed].T
-            values = evaluated(field, x, y, "fixed_height")
-        else:
-            values = self._chosen(real_array(field, "fixed_height"), self.fixed, "fixed_height")
-
-        def describe(k: int) -> str:
-            x, y = self.positions[self.fixed[k]]
-            return f"point {self.fixed[k]} (x={x:g}, y={y:g})"
-
-        return checked(values, self.fixed.size, "fixed_height", describe)
-
-    def _chosen(self, values: Vector, points: Numbers, name: str) -> Vector:
-        """Return the entries of the points, where there is one for every point of the net."""
-        if values.shape == (len(self.positions),):
-            return values[points]
-        if values.shape not in ((), (points.size,)):
-            raise ValueError(
-                f"{name} must be a number or have shape ({points.size},) or ({len(self.positions)},), "
-                f"got {values.shape}"
-            )
-        return values
 
     def __repr__(self) -> str:
         unsupported = int(np.count_nonzero(~self.supported))

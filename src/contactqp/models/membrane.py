@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..foundation.checks import positive_number
-from ..geometry.fields import Field
+from ..geometry.fields import FieldLike
 from ..geometry.lattice import Lattice
 from .on_lattice import LatticeModel
 
@@ -50,7 +50,7 @@ class Membrane(LatticeModel):
     _pressure_unit = "force per area"
 
     def __init__(
-        self, lattice: Lattice, tension: float, load: Field, support: Field, frame_height: Field = 0.0
+        self, lattice: Lattice, tension: float, load: FieldLike, support: FieldLike, frame_height: FieldLike = 0.0
     ) -> None:
         tension = positive_number(tension, "tension")
         spacing = lattice.spacing if isinstance(lattice, Lattice) else 1.0

@@ -12,7 +12,7 @@ from ..foundation.checks import Mask, Vector, read_only, times
 from ..geometry.fields import frame_heights, sample
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
-from .base import ContactModel
+from .base import ContactModel, Coordinate
 
 
 class LatticeModel(ContactModel):
@@ -33,7 +33,7 @@ class LatticeModel(ContactModel):
         The stiffness G.
     """
 
-    node_area: float
+    node_area: Vector
     _load_unit: str
     _pressure_unit: str
 
@@ -56,7 +56,7 @@ class LatticeModel(ContactModel):
         self.lattice = lattice
         self.tension = tension
         self.stencil = Stencil(lattice.mask, *arms)
-        self.node_area = area
+        self.node_area = np.broadcast_to(np.float64(area), (lattice.size,))
         self.load: Vector = self.at_nodes(load, "load")
         self.support: Vector = self.at_nodes(support, "support", allow_inf=True)
         needed = self.stencil.frame_points()
@@ -132,9 +132,31 @@ class LatticeModel(ContactModel):
         return self._padded(self.deflection(gap))
 
     @property
-    def is_line(self) -> bool:
-        """Whether the net is one-dimensional: no vertical arm has any stiffness."""
-        return not self.stencil.vertical.any()
+    def stiffness_data(self) -> tuple[NDArray[Any], ...]:
+        """Shape, mask and arms of the stencil; see `ContactModel.stiffness_data`."""
+        stencil = self.stencil
+        return np.array(stencil.mask.shape), stencil.mask, stencil.horizontal, stencil.vertical
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Width and height of the lattice's array (length)."""
+        rows, columns = self.lattice.shape
+        return columns * self.lattice.spacing, rows * self.lattice.spacing
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Tension, and the spacing of the lattice."""
+        return {"tension": self.tension, "spacing": self.lattice.spacing}
+
+    @property
+    def coordinates(self) -> dict[str, Coordinate]:
+        """Coordinates of the lattice's columns and rows (length)."""
+        axes = {"x": self.lattice.x, "y": self.lattice.y}
+        return {name: Coordinate(name, np.array(places), {"units": "length"}) for name, places in axes.items()}
+
+    def laid_out(self, values: Vector) -> tuple[tuple[str, ...], NDArray[Any]]:
+        """Return values of the nodes on the lattice's array, nan elsewhere; see `ContactModel.laid_out`."""
+        return ("y", "x"), self.lattice.scatter(values)
 
     @property
     def units(self) -> dict[str, str]:

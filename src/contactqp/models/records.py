@@ -2,12 +2,30 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from ..foundation.checks import Mask, Vector
     from ..problem.contact_qp import ContactQP
     from .base import ContactModel
+
+
+class Posed(Protocol):
+    """A problem, and the model that it comes from, if it comes from one."""
+
+    @property
+    def problem(self) -> ContactQP: ...  # noqa: D102
+    @property
+    def model(self) -> ContactModel | None: ...  # noqa: D102
+
+
+def subject_of(posed: Posed) -> ContactModel | ContactQP:
+    """Return the model of a solution or a comparison, and of a bare problem the problem: views go by its class."""
+    return posed.problem if posed.model is None else posed.model
 
 
 class Enclosed(Protocol):
@@ -19,8 +37,8 @@ class Enclosed(Protocol):
         lower ≤ ω* ≤ upper (length).
     gap_bound : float
         Bound of max|ω - ω*| (length).
-    contact, clear, undecided : array of bool, shape (n,)
-        What is certain of each node.
+    contact_lower, contact_upper, contact, clear, undecided : array of bool, shape (n,)
+        What is certain of each node: held by the support, by the upper bound, by either, by neither; or nothing.
     barrier : str
         What the bounds are multiples of.
     reaction : pair of arrays, shape (n,) each
@@ -34,6 +52,10 @@ class Enclosed(Protocol):
     @property
     def gap_bound(self) -> float: ...  # noqa: D102
     @property
+    def contact_lower(self) -> Mask: ...  # noqa: D102
+    @property
+    def contact_upper(self) -> Mask: ...  # noqa: D102
+    @property
     def contact(self) -> Mask: ...  # noqa: D102
     @property
     def clear(self) -> Mask: ...  # noqa: D102
@@ -43,6 +65,24 @@ class Enclosed(Protocol):
     def barrier(self) -> str: ...  # noqa: D102
     @property
     def reaction(self) -> tuple[Vector, Vector]: ...  # noqa: D102
+
+
+class NodeState(IntEnum):
+    """What is known of a node, by the numbers that files hold."""
+
+    UNDECIDED = -1
+    CLEAR = 0
+    CONTACT = 1
+    CONTACT_UPPER = 2
+
+
+def states_of(certificate: Enclosed) -> NDArray[np.int64]:
+    """Return what a certificate proves of each node, as numbers of `NodeState`, shape (n,)."""
+    states = np.full(certificate.contact.shape, NodeState.UNDECIDED.value)
+    states[certificate.clear] = NodeState.CLEAR
+    states[certificate.contact_lower] = NodeState.CONTACT
+    states[certificate.contact_upper] = NodeState.CONTACT_UPPER
+    return states
 
 
 class Answered(Protocol):
@@ -58,8 +98,8 @@ class Answered(Protocol):
     tol, relative_bound : float
         The tolerance asked for and the bound reached, relative to the gap scale.
     gap, deflection, reaction, contact_pressure : array, shape (n,)
-    contact : array of bool, shape (n,)
-        The backend's own contact set.
+    contact_lower, contact_upper, contact : array of bool, shape (n,)
+        The backend's own contact sets: with the support, with the upper bound, with either.
     certificate : Enclosed or None
     finite : bool
         Whether the backend returned a finite vector.
@@ -90,6 +130,10 @@ class Answered(Protocol):
     @property
     def contact_pressure(self) -> Vector: ...  # noqa: D102
     @property
+    def contact_lower(self) -> Mask: ...  # noqa: D102
+    @property
+    def contact_upper(self) -> Mask: ...  # noqa: D102
+    @property
     def contact(self) -> Mask: ...  # noqa: D102
     @property
     def certificate(self) -> Enclosed | None: ...  # noqa: D102
@@ -99,3 +143,31 @@ class Answered(Protocol):
     def iterations(self) -> int: ...  # noqa: D102
     @property
     def seconds(self) -> float: ...  # noqa: D102
+
+
+class Settling(Protocol):
+    """Load factors at which nodes settle: what a picture reads of a `Touchdown`.
+
+    Attributes
+    ----------
+    clear, contact, load : array, shape (n,)
+        Between which factors each node settles, infinite where they are not known, and the middle of the two, nan
+        there.
+    loads : array
+        The factors that were solved for, ascending.
+    width : float
+        Largest distance of the known ones.
+    """
+
+    @property
+    def model(self) -> ContactModel: ...  # noqa: D102
+    @property
+    def clear(self) -> Vector: ...  # noqa: D102
+    @property
+    def contact(self) -> Vector: ...  # noqa: D102
+    @property
+    def load(self) -> Vector: ...  # noqa: D102
+    @property
+    def loads(self) -> Vector: ...  # noqa: D102
+    @property
+    def width(self) -> float: ...  # noqa: D102

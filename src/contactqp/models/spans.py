@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..foundation.brackets import Bracket, sum_above, sum_below
+from ..foundation.brackets import Bracket, sum_between
 from ..foundation.checks import Mask, Vector
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def spans_of(cable: LatticeModel, ends: tuple[float, float], solution: Answered)
     points = np.concatenate([ends[:1], cable.lattice.node_x, ends[1:]])
     heights = cable.padded_deflection(solution.gap)[1]
     certificate = solution.certificate
-    decided = np.pad(_as_told(contact, certificate), 1, constant_values=certificate is not None)
+    decided = np.pad(_as_told(solution), 1, constant_values=certificate is not None)
     rows = []
     for one, other in zip(first.tolist(), last.tolist(), strict=True):
         nodes, touching = slice(one, other + 1), bool(contact[one])
@@ -65,11 +65,13 @@ def spans_of(cable: LatticeModel, ends: tuple[float, float], solution: Answered)
     return pd.DataFrame(rows, columns=_COLUMNS)
 
 
-def _as_told(contact: Mask, certificate: Enclosed | None) -> Mask:
+def _as_told(solution: Answered) -> Mask:
     """Return where the certificate proves what the answer says of a node."""
+    certificate = solution.certificate
     if certificate is None:
-        return np.zeros(contact.size, dtype=np.bool_)
-    return np.where(contact, certificate.contact, certificate.clear)
+        return np.zeros(solution.contact.size, dtype=np.bool_)
+    held = np.where(solution.contact_upper, certificate.contact_upper, certificate.contact_lower)
+    return np.where(solution.contact, held, certificate.clear)
 
 
 def _undecided(certificate: Enclosed | None, nodes: slice) -> int:
@@ -92,7 +94,7 @@ def _sag(x: Vector, w: Vector) -> float:
 def _sum_between(certificate: Enclosed, nodes: slice) -> Bracket:
     """Return bounds of the sum of the true reactions, rounding included."""
     lower, upper = (bound[nodes] for bound in certificate.reaction)
-    return Bracket(max(0.0, sum_below(lower)), sum_above(upper) if upper.any() else 0.0)
+    return sum_between(lower, upper)
 
 
 def _check(cable: LatticeModel, solution: Any) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 from ..foundation.checks import Vector
 from ..foundation.files import replaced_as_a_whole, require_folder
 from ..models.base import ContactModel
-from ..models.on_lattice import LatticeModel
 from ..models.varied import VARIED
 from ..proof.judge import judge
 from ..solving.request import Request
@@ -107,12 +106,6 @@ class Checkpoint:
 def _mark(model: ContactModel, parameter: str, backend: str) -> str:
     """Return a fingerprint of what a path is made of."""
     digest = hashlib.sha256(f"{parameter} {backend} {model!r}".encode())
-    problem = model.problem
-    if isinstance(model, LatticeModel):
-        stencil = model.stencil
-        stiffness = [np.array(stencil.mask.shape), stencil.mask, stencil.horizontal, stencil.vertical]
-    else:
-        stiffness = [problem.G.data, problem.G.indices, problem.G.indptr]
-    for data in (*stiffness, problem.q, model.load, model.support):
+    for data in (*model.stiffness_data, model.problem.q, model.load, model.support):
         digest.update(np.ascontiguousarray(data).tobytes())
     return digest.hexdigest()

@@ -50,13 +50,15 @@ class Touchdown:
 
     def to_dataset(self) -> xr.Dataset:
         """Return clear, contact and load as an xarray.Dataset with dims y and x (a cable: x, a net of cables: node)."""
-        import xarray as xr
+        from ..io.datasets import dataset_of
+        from ..io.fields import Field
 
-        from ..io.datasets import placed, places
-
-        model = self.model
-        variables = {name: placed(model, getattr(self, name)) for name in ("clear", "contact", "load")}
-        return xr.Dataset(variables, places(model))
+        fields = {
+            "clear": Field(self.clear, "1", "largest load factor at which the node is certainly clear"),
+            "contact": Field(self.contact, "1", "least load factor at which the node is certainly in contact"),
+            "load": Field(self.load, "1", "middle of the two, nan unless both are known"),
+        }
+        return dataset_of(self.model, fields)
 
     def plot(self) -> Figure:
         """Draw at which load each node settles."""

@@ -1,4 +1,4 @@
-"""Contact maps and sections of models on a lattice, in the manner of the paper's Figs. 5-8."""
+"""Pictures of models on a lattice: maps cell by cell, as in the paper's Fig. 5, beside the middle section."""
 
 from __future__ import annotations
 
@@ -7,60 +7,39 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..foundation.checks import Mask
+from ..foundation.checks import Mask, Vector
 from ..models.on_lattice import LatticeModel
-from .states import draw_legend_of_states, seen
-from .style import BLUE, CLEAR, CONTACT, GROUND, INK, UNDECIDED, tidy
+from .section import draw_section, section_axes
+from .states import colours_by_number, draw_legend_of_states
+from .style import CLEAR, CONTACT, INK, map_height, new_figure, tidy, two_halves
+from .views import answer_figure, draw_answer, draw_states, draw_values, settling_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
 
-    from ..models.records import Answered, Enclosed
-
-
-def draw_bounds(axes: Axes, certificate: Enclosed, model: LatticeModel, state: NDArray[np.int64]) -> None:
-    """Draw the bounds of the gap along a cable, and the states of its nodes."""
-    x = model.lattice.node_x
-    known = np.isfinite(certificate.lower) & np.isfinite(certificate.upper) & model.supported
-    lower, upper = (np.where(known, bound, np.nan) for bound in (certificate.lower, certificate.upper))
-    axes.fill_between(x, lower, upper, color=BLUE, alpha=0.3, lw=0, label="between the bounds of the gap")
-    axes.plot(x, upper, color=BLUE, lw=1)
-    for k, label in enumerate(("certainly clear", "certainly in contact", "undecided")):
-        chosen = state == k
-        if k < 2 or chosen.any():
-            axes.plot(
-                x[chosen], upper[chosen], "o", ms=4, mec=INK, mew=0.4, color=(CLEAR, CONTACT, UNDECIDED)[k],
-                label=f"{label} ({np.count_nonzero(chosen)})",
-            )  # fmt: skip
-    axes.axhline(0, color=INK, lw=0.6)
-    figure: Any = axes.get_figure(root=False)
-    figure.legend(loc="outside lower center", ncols=4, frameon=False, fontsize="small")
-    axes.set(xlabel="x", ylabel="gap ω")
-    tidy(axes)
+    from ..models.records import Answered, Settling
 
 
-def draw_contact_map(axes: Axes, solution: Answered, model: LatticeModel) -> None:
-    """Draw which nodes are certainly in contact, certainly clear, or undecided, and the free boundary."""
-    state, proven = seen(solution)
-    draw_states(axes, model, state, solution.contact, proven)
+@answer_figure.register(LatticeModel)
+def _map_and_section(model: LatticeModel, solution: Answered) -> Figure:
+    figure = new_figure(12.5, map_height(model.extent) + 1.0)
+    left, right = two_halves(figure)
+    draw_answer(model, left, solution)
+    row, axes = _middle_row(model.lattice.mask), section_axes(right)
+    draw_section(axes, model, solution, row, noun="membrane")
+    axes[0].set_title(f"Section at y = {model.lattice.y[row]:g}")
+    return figure
 
 
-def draw_states(axes: Axes, model: LatticeModel, state: NDArray[np.int64], contact: Mask, proven: str) -> None:
-    """Draw the nodes' states, 0 clear, 1 in contact, 2 undecided, and the boundary of a contact set."""
-    from matplotlib.colors import ListedColormap
-
+@draw_states.register(LatticeModel)
+def _draw_states(model: LatticeModel, axes: Axes, state: NDArray[np.int64], contact: Mask, proven: str) -> None:
     lattice = model.lattice
+    colours, low, high = colours_by_number()
     grid = lattice.scatter(state.astype(float))
-    axes.pcolormesh(
-        lattice.x,
-        lattice.y,
-        grid,
-        cmap=ListedColormap([CLEAR, CONTACT, UNDECIDED]),
-        vmin=-0.5,
-        vmax=2.5,
-        shading="nearest",
-        rasterized=True,
-    )
+    axes.pcolormesh(lattice.x, lattice.y, grid, cmap=colours, vmin=low, vmax=high, shading="nearest", rasterized=True)
     _draw_free_boundary(axes, lattice.x, lattice.y, lattice.scatter(contact.astype(float)))
     draw_frame_outline(axes, model)
     draw_legend_of_states(axes, state, proven)
@@ -68,52 +47,46 @@ def draw_states(axes: Axes, model: LatticeModel, state: NDArray[np.int64], conta
     tidy(axes)
 
 
-def draw_section(axes: NDArray[Any], solution: Answered, model: LatticeModel, row: int | None = None) -> None:
-    """Draw deflection and support, gap, and reaction along a row of the net, by default the middle one.
-
-    Parameters
-    ----------
-    axes : array of three Axes
-        For the shape, the gap, and the reaction.
-    solution : Solution
-    model : LatticeModel
-        The solution's.
-    row : int, optional
-        Row of the lattice's array; by default the row with nodes that is nearest to the middle.
-    """
+@draw_values.register(LatticeModel)
+def _draw_values(model: LatticeModel, axes: Axes, values: Vector, norm: Normalize) -> ScalarMappable:
     lattice = model.lattice
-    row = _middle_row(lattice.mask) if row is None else row
-    on_row = lattice.scatter(np.arange(lattice.size), fill=-1)[row].astype(int)
-    heights = model.padded_deflection(solution.gap)[row + 1]
-    joined = (model.stencil.padded_mask() | model.stencil.frame_points())[row + 1]
-    x = lattice.origin[0] + lattice.spacing * np.arange(-1, lattice.shape[1] + 1)
-    deflection = np.where(joined, heights, np.nan)
-    nodes = on_row >= 0
-    node_x, number = lattice.x[nodes], on_row[nodes]
-    support = np.full(lattice.shape[1], np.nan)
-    support[nodes] = np.where(np.isfinite(model.support[number]), model.support[number], np.nan)
+    grid = lattice.scatter(values)
+    picture = axes.pcolormesh(lattice.x, lattice.y, grid, cmap="viridis", norm=norm, shading="nearest", rasterized=True)
+    draw_frame_outline(axes, model)
+    return picture
 
-    shape_axes, gap_axes, force_axes = axes
-    drawn = np.concatenate([deflection[np.isfinite(deflection)], support[np.isfinite(support)]])
-    low, high = float(drawn.min()), float(drawn.max())
-    margin = 0.12 * (high - low or 1.0)
-    shape_axes.fill_between(lattice.x, support, high + margin, color=GROUND, alpha=0.55, lw=0, label="support f")
-    shape_axes.plot(x, deflection, color=BLUE, lw=1.8, label="membrane w" if not model.is_line else "cable w")
-    touching = solution.contact[number]
-    shape_axes.plot(node_x[touching], deflection[1:-1][nodes][touching], ".", color=CONTACT, ms=4, label="in contact")
-    shape_axes.set_ylim(high + margin, low - margin)
-    shape_axes.legend(loc="best", frameon=False, fontsize="small")
-    where = "" if model.is_line else f" at y = {lattice.y[row]:g}"
-    shape_axes.set(ylabel="ordinate, downwards", title=f"Section{where}")
-    clearance = np.where(model.supported[number], solution.gap[number], np.nan)
-    gap_axes.plot(node_x, clearance, ".-", color=INK, lw=1, ms=3)
-    gap_axes.axhline(0, color=INK, lw=0.6)
-    gap_axes.set(ylabel="gap ω")
-    force_axes.vlines(node_x, 0, solution.reaction[number], color=CONTACT, lw=max(0.6, min(2.0, 150 / node_x.size)))
-    force_axes.axhline(0, color=INK, lw=0.6)
-    force_axes.set(xlabel="x", ylabel="reaction R")
-    for each in axes:
-        tidy(each)
+
+@settling_figure.register(LatticeModel)
+def _settling_figure(model: LatticeModel, touchdown: Settling) -> Figure:
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    lattice = model.lattice
+    figure = new_figure(8.5, map_height(model.extent, least=3.5, most=7.0) + 1.3)
+    axes = figure.subplots()
+    early = np.isinf(touchdown.clear) & np.isfinite(touchdown.contact)
+    never = np.isinf(touchdown.contact)
+    grid = np.ma.masked_invalid(lattice.scatter(touchdown.load))
+    picture = axes.pcolormesh(lattice.x, lattice.y, grid, cmap="viridis", shading="nearest", rasterized=True)
+    handles: list[Any] = []
+    for chosen, colour, label in (
+        (early, CONTACT, f"in contact at {touchdown.loads[0]:g} ({np.count_nonzero(early)})"),
+        (never, CLEAR, f"not certainly in contact at {touchdown.loads[-1]:g} ({np.count_nonzero(never)})"),
+    ):
+        if chosen.any():
+            mask = np.ma.masked_equal(lattice.scatter(chosen.astype(float), fill=0.0), 0.0)
+            axes.pcolormesh(
+                lattice.x, lattice.y, mask, cmap=ListedColormap([colour]), shading="nearest", rasterized=True
+            )
+            handles.append(Patch(color=colour, label=label))
+    draw_frame_outline(axes, model)
+    figure.colorbar(picture, ax=axes, label="load factor at which the node settles", shrink=0.85)
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
+    known = f", known to {touchdown.width:.2g}" if touchdown.width else ""
+    axes.set(aspect="equal", xlabel="x", ylabel="y", title=f"Touchdown loads{known}")
+    tidy(axes)
+    return figure
 
 
 def _draw_free_boundary(axes: Axes, x: NDArray[Any], y: NDArray[Any], contact: NDArray[Any]) -> None:

@@ -7,39 +7,48 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..foundation.checks import Vector
-from .states import draw_legend_of_states, seen
-from .style import BLUE, CLEAR, CONTACT, GROUND, INK, UNDECIDED, tidy
+from ..foundation.checks import Mask, Vector
+from ..models.cable_net import CableNet
+from ..models.records import NodeState
+from .states import STATE_COLOURS, draw_legend_of_states, seen
+from .style import BLUE, GROUND, INK, map_height, new_figure, tidy, two_halves
+from .views import answer_figure, draw_answer, draw_states, draw_values, scatter_states, scatter_values
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import SubFigure
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure, SubFigure
 
-    from ..models.cable_net import CableNet
     from ..models.records import Answered
 
-_STATE_COLOURS = (CLEAR, CONTACT, UNDECIDED)
-_SEGMENT_COLOURS = (BLUE, CONTACT, UNDECIDED)
+_SEGMENT_COLOURS = STATE_COLOURS | {NodeState.CLEAR: BLUE}
 """A line in the colour of clear nodes would not be seen on white."""
-_WIDTHS = (0.9, 1.5, 1.5)
 
 
-def draw_plan(axes: Axes, net: CableNet, state: NDArray[np.int64], proven: str) -> None:
-    """Draw the net in plan: nodes and segments in the colours of their states, and the fixed points."""
+@answer_figure.register(CableNet)
+def _plan_and_space(net: CableNet, solution: Answered) -> Figure:
+    figure = new_figure(12.5, map_height(net.extent) + 1.0)
+    left, right = two_halves(figure)
+    draw_answer(net, left, solution)
+    _draw_in_space(right, solution, net)
+    return figure
+
+
+@draw_states.register(CableNet)
+def _draw_states(net: CableNet, axes: Axes, state: NDArray[np.int64], contact: Mask, proven: str) -> None:
+    """Draw nodes and segments in the colours of their states, and the fixed points."""
     kind = _segment_states(net, state)
-    for k, colour in enumerate(_SEGMENT_COLOURS):
-        _draw_lines(axes, net.positions[net.segments[kind == k]], colour, _WIDTHS[k])
-    size = float(np.clip(2500 / net.size, 3, 22))
-    for k, colour in enumerate(_STATE_COLOURS):
-        x, y = net.node_x[state == k], net.node_y[state == k]
-        axes.scatter(x, y, s=size, color=colour, edgecolors=INK, linewidths=0.4, zorder=2.5)
-    fixed = draw_fixed(axes, net)
+    for k, colour in _SEGMENT_COLOURS.items():
+        _draw_lines(axes, net.positions[net.segments[kind == k]], colour, _width(k))
+    scatter_states(axes, net, state)
+    fixed = _draw_fixed(axes, net)
     draw_legend_of_states(axes, state, proven, more=[fixed])
     axes.set(aspect="equal", xlabel="x", ylabel="y", title="Contact map")
     tidy(axes)
 
 
-def draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
+def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
     """Draw the net in space, heights exaggerated to fit, with the gaps as lines down to the support.
 
     A support that lies deeper below the net than the net is high is left out.
@@ -58,12 +67,13 @@ def draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
     axes.add_collection3d(Line3DCollection(gaps, colors=GROUND, linewidths=0.8, linestyles="dotted"), autolim=False)
     axes.scatter(*foot.T, s=5, color=GROUND, depthshade=False, label="support f at nodes")
     kind = _segment_states(net, state)
-    for k, colour in enumerate(_SEGMENT_COLOURS):
-        lines = Line3DCollection(points[net.segments[kind == k]], colors=colour, linewidths=_WIDTHS[k])
+    for k, colour in _SEGMENT_COLOURS.items():
+        lines = Line3DCollection(points[net.segments[kind == k]], colors=colour, linewidths=_width(k))
         axes.add_collection3d(lines, autolim=False)
     axes.scatter(*points[net.fixed].T, s=12, marker="s", color=INK, depthshade=False)
-    for k, colour in enumerate(_STATE_COLOURS[1:], start=1):
-        axes.scatter(*points[net.free][state == k].T, s=9, color=colour, depthshade=False)
+    for k, colour in STATE_COLOURS.items():
+        if k != NodeState.CLEAR:
+            axes.scatter(*points[net.free][state == k].T, s=9, color=colour, depthshade=False)
     low, high = net.positions.min(axis=0), net.positions.max(axis=0)
     middle, half = (low + high) / 2, (high - low).max() / 2
     axes.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
@@ -80,13 +90,15 @@ def draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
         axes.legend(loc="upper left", frameon=False, fontsize="small")
 
 
-def draw_net_spread(axes: Axes, net: CableNet, spread: Vector, norm: Any) -> Any:
-    """Draw a number at each node in plan by colour, and return what a colour bar needs."""
+@draw_values.register(CableNet)
+def _draw_values(net: CableNet, axes: Axes, values: Vector, norm: Normalize) -> ScalarMappable:
     _draw_lines(axes, net.positions[net.segments], GROUND, 0.8)
-    return axes.scatter(net.node_x, net.node_y, c=spread, s=26, cmap="viridis", norm=norm, zorder=3)
+    picture = scatter_values(axes, net, values, norm)
+    _draw_fixed(axes, net)
+    return picture
 
 
-def draw_fixed(axes: Axes, net: CableNet) -> Any:
+def _draw_fixed(axes: Axes, net: CableNet) -> Any:
     """Mark the fixed points in plan, and return what a legend needs."""
     x, y = net.positions[net.fixed].T
     squares = axes.scatter(x, y, marker="s", s=16, color=INK, zorder=3)
@@ -100,11 +112,16 @@ def draw_fixed(axes: Axes, net: CableNet) -> Any:
 
 
 def _segment_states(net: CableNet, state: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return 2 (undecided) for segments with such an end, 1 (in contact) if both ends are, else 0 (clear)."""
-    everywhere = np.zeros(len(net.positions), dtype=np.int64)
+    """Return the state that both ends have, clear if they differ, and undecided if one end is."""
+    everywhere = np.full(len(net.positions), NodeState.CLEAR.value)
     everywhere[net.free] = state
     ends = everywhere[net.segments]
-    return np.where((ends == 2).any(axis=1), 2, np.where((ends == 1).all(axis=1), 1, 0))
+    same = np.where(ends[:, 0] == ends[:, 1], ends[:, 0], NodeState.CLEAR.value)
+    return np.where((ends == NodeState.UNDECIDED).any(axis=1), NodeState.UNDECIDED.value, same)
+
+
+def _width(kind: int) -> float:
+    return 0.9 if kind == NodeState.CLEAR else 1.5
 
 
 def _draw_lines(axes: Axes, lines: NDArray[np.float64], colour: str, width: float) -> None:

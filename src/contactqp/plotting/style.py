@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -13,6 +12,9 @@ if TYPE_CHECKING:
 
 
 CONTACT, CLEAR, UNDECIDED, INK = "#c8553d", "#dfe7ec", "#f2c14e", "#22333b"
+
+CONTACT_UPPER = "#7a4e9c"
+"""In contact with the upper bound."""
 
 BLUE, GROUND = "#2f6690", "#b9a88f"
 
@@ -37,16 +39,18 @@ def head(figure: Figure, text: str) -> None:
     figure.suptitle(text + "\n", x=0.01, ha="left", fontsize="large", color=INK)
 
 
-def section_axes(part: Figure | SubFigure) -> NDArray[Any]:
-    """Return the three panels that `draw_section` fills."""
-    axes: NDArray[Any] = part.subplots(3, 1, sharex=True, height_ratios=[3, 1.3, 1.3])
-    return axes
+def map_height(extent: tuple[float, float], full: float = 6.5, *, least: float = 3.6, most: float = 6.5) -> float:
+    """Return the height of a map (inches) of something with this width and height.
 
-
-def plan_height(positions: NDArray[np.float64]) -> float:
-    """Return the height of a figure whose left half shows these points in plan, shape (n, 2)."""
-    width, height = np.ptp(positions, axis=0)
-    return float(np.clip(6.5 * height / (width or height), 3.6, 6.5))
+    Parameters
+    ----------
+    extent : (float, float)
+        Width and height in plan.
+    full, least, most : float
+        Height of the map of a square, and the bounds of any map's.
+    """
+    width, height = extent
+    return float(np.clip(full * height / (width or height or 1.0), least, most))
 
 
 def two_halves(figure: Figure) -> tuple[SubFigure, SubFigure]:

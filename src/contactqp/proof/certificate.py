@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..algebra.stiffness import growth_bound
-from ..foundation.brackets import Bracket, sum_above, sum_below
-from ..foundation.checks import Mask, Vector
+from ..foundation.brackets import Bracket, sum_above, sum_below, sum_between
+from ..foundation.checks import Mask, Vector, repeated
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..foundation.text import at_most
 from ..models.base import ContactModel
@@ -112,9 +112,13 @@ class Certificate:
 
     @property
     def contact_area(self) -> Bracket:
-        """Bracket of the area in contact, Δ² for every node (cable: of the length, Δ for every node)."""
-        nodes, area = self.contact_nodes, self._physical("contact_area").area_of_node("contact_area")
-        return Bracket(nodes.lower * area, nodes.upper * area)
+        """Bracket of the area in contact (cable: of the length), the sum of what its nodes stand for."""
+        area = self._physical("contact_area").area_of_node("contact_area")
+        if repeated(area):
+            nodes = self.contact_nodes
+            return Bracket(nodes.lower * float(area[0]), nodes.upper * float(area[0]))
+        possible = self.contact | self.undecided
+        return sum_between(np.where(self.contact, area, 0.0), np.where(possible, area, 0.0))
 
     @cached_property
     def reaction(self) -> tuple[Vector, Vector]:

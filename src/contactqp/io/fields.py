@@ -1,0 +1,105 @@
+"""The quantities of an answer at the nodes, with units and meanings: what every file format writes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..foundation.checks import Mask, Vector
+from ..models.records import states_of
+
+if TYPE_CHECKING:
+    from ..models.base import ContactModel
+    from ..models.records import Answered, Enclosed
+
+
+_ONE_SIDED = "1 certainly in contact, 0 certainly clear, -1 undecided"
+_TWO_SIDED = "1 certainly in contact with the support, 2 with the upper bound, 0 certainly clear, -1 undecided"
+
+
+class Field(NamedTuple):
+    """A quantity at the nodes.
+
+    Attributes
+    ----------
+    values : array, shape (n,)
+    unit : str
+        In words: length, force, force per area; 1 for a pure number.
+    meaning : str
+        What it is, in a few words.
+    """
+
+    values: Vector
+    unit: str
+    meaning: str
+
+
+def fields_of(solution: Answered) -> dict[str, Field]:
+    """Return every quantity of an answer at the nodes, by name.
+
+    Parameters
+    ----------
+    solution : Solution
+
+    Returns
+    -------
+    dict of str to Field
+        gap and reaction; of a model also deflection, support, load, and, where its nodes stand for an area,
+        contact_pressure; with a certificate also gap_lower, gap_upper, reaction_lower, reaction_upper and
+        contact_state (see `NodeState`). Where a model has no support, gap and its bounds are infinite.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> fields = fields_of(cq.solve(cq.gallery.paper_hexagon()))
+    >>> fields["contact_pressure"].unit
+    'force per area'
+    >>> fields["reaction"].meaning
+    'nodal reaction of the support, upwards'
+    """
+    problem, model, certificate = solution.problem, solution.model, solution.certificate
+    # Without a support a model's gap is counted from its frame, as good as from anywhere else.
+    supported = np.ones(problem.size, dtype=np.bool_) if model is None else problem.supported
+    gap = Field(_unlimited(solution.gap, supported), "length", "clearance over the support")
+    holding = "the support" if problem.one_sided else "both bounds"
+    reaction = Field(solution.reaction, "force", f"nodal reaction of {holding}, upwards")
+    if model is None:
+        fields = {"gap": gap, "reaction": reaction}
+    else:
+        shape, forces = _shape(solution, model), _forces(solution, model)
+        fields = {"gap": gap, **shape, "reaction": reaction, **forces}
+    if certificate is not None:
+        fields |= _certified(certificate, supported)
+        states = _ONE_SIDED if problem.one_sided else _TWO_SIDED
+        fields["contact_state"] = Field(states_of(certificate).astype(np.float64), "1", states)
+    return fields
+
+
+def _shape(solution: Answered, model: ContactModel) -> dict[str, Field]:
+    return {
+        "deflection": Field(solution.deflection, "length", "deflection, positive downwards"),
+        "support": Field(model.support, "length", "ordinate of the rigid profile, positive downwards"),
+    }
+
+
+def _forces(solution: Answered, model: ContactModel) -> dict[str, Field]:
+    fields = {"load": Field(model.load, model.units["load"], "active load, positive downwards")}
+    if model.node_area is not None:
+        unit = model.units["contact_pressure"]
+        fields["contact_pressure"] = Field(solution.contact_pressure, unit, "reaction of the support, upwards")
+    return fields
+
+
+def _certified(certificate: Enclosed, supported: Mask) -> dict[str, Field]:
+    lower, upper = (_unlimited(bound, supported) for bound in (certificate.lower, certificate.upper))
+    return {
+        "gap_lower": Field(lower, "length", "certified lower bound of the gap"),
+        "gap_upper": Field(upper, "length", "certified upper bound of the gap"),
+        "reaction_lower": Field(certificate.reaction[0], "force", "certified lower bound of the reaction"),
+        "reaction_upper": Field(certificate.reaction[1], "force", "certified upper bound of the reaction"),
+    }
+
+
+def _unlimited(gap: Vector, supported: Mask) -> Vector:
+    return np.where(supported, gap, np.inf)

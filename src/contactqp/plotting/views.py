@@ -1,0 +1,209 @@
+"""Views: pictures of models and their answers, each a function that goes by the class of its first argument.
+
+What stands here serves any model, by the places of its nodes, and a bare problem, which knows no places. A kind of
+model that is drawn otherwise registers its own functions in a file of its own (see `on_lattice`, `on_cable` and
+`on_net`), which `contactqp.plotting` imports. A class without a registration is drawn as the nearest class above it.
+"""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..models.base import ContactModel
+from ..models.records import states_of
+from .states import STATE_COLOURS, draw_legend_of_states, seen
+from .style import BLUE, CONTACT, GROUND, INK, map_height, new_figure, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure, SubFigure
+
+    from ..foundation.checks import Mask, Vector
+    from ..models.records import Answered, Enclosed, Settling
+    from ..problem.contact_qp import ContactQP
+
+
+class NodePlaces(NamedTuple):
+    """Where the nodes stand in a picture, for marks beside them.
+
+    Attributes
+    ----------
+    axes : Axes
+    x, y : array, shape (n,)
+        Their coordinates in the axes.
+    apart : float
+        Distance in the axes that keeps two numbers from covering each other.
+    ring : float
+        Size of a ring about a node (points²).
+    """
+
+    axes: Axes
+    x: Vector
+    y: Vector
+    apart: float
+    ring: float
+
+
+@singledispatch
+def answer_figure(subject: ContactModel | ContactQP, solution: Answered) -> Figure:
+    """Return a picture of a solution: of a bare problem its gap and reaction, sorted, of a model the map of states."""
+    figure = new_figure(7, 4.4)
+    draw_answer(subject, figure, solution)
+    return figure
+
+
+@answer_figure.register(ContactModel)
+def _answer_figure_in_plan(model: ContactModel, solution: Answered) -> Figure:
+    figure = new_figure(7, map_height(model.extent) + 1.2)
+    draw_answer(model, figure, solution)
+    return figure
+
+
+@singledispatch
+def draw_answer(subject: ContactModel | ContactQP, part: Figure | SubFigure, solution: Answered) -> NodePlaces | None:
+    """Draw what tells most of a solution in an empty part of a figure: the map of states, or a cable's section.
+
+    Returns
+    -------
+    NodePlaces or None
+        Where the nodes stand; None unless the picture is a map.
+    """
+    axes = part.subplots()
+    order = np.argsort(solution.gap - solution.reaction / solution.problem.stiffness.diagonal())
+    axes.plot(solution.gap[order], color=BLUE, label="gap ω")
+    axes.plot(
+        (solution.reaction / solution.problem.stiffness.diagonal())[order], color=CONTACT, label="reaction R / G_ii"
+    )
+    axes.set(xlabel="unknowns, sorted", ylabel="length", title="Gap and reaction")
+    axes.legend(frameon=False)
+    tidy(axes)
+    return None
+
+
+@draw_answer.register(ContactModel)
+def _draw_answer_in_plan(model: ContactModel, part: Figure | SubFigure, solution: Answered) -> NodePlaces:
+    axes = part.subplots()
+    state, proven = seen(solution)
+    draw_states(model, axes, state, solution.contact, proven)
+    return _places_in_plan(axes, model)
+
+
+@singledispatch
+def certificate_figure(model: ContactModel, certificate: Enclosed) -> Figure:
+    """Return a picture of what a certificate proves: the map of states."""
+    figure = new_figure(7, map_height(model.extent, least=3.0) + 1.2)
+    draw_states(model, figure.subplots(), states_of(certificate), certificate.contact, "certainly ")
+    return figure
+
+
+@singledispatch
+def draw_states(model: ContactModel, axes: Axes, state: NDArray[np.int64], contact: Mask, proven: str) -> None:
+    """Draw the map of the nodes' states in plan, and a legend below it.
+
+    Parameters
+    ----------
+    model : Membrane, Cable, CableNet or another model
+    axes : Axes
+    state : array of int, shape (n,)
+        Numbers of `NodeState`.
+    contact : array of bool, shape (n,)
+        Nodes whose boundary is drawn, where the picture has one.
+    proven : str
+        What the legend writes before a state.
+    """
+    scatter_states(axes, model, state)
+    draw_legend_of_states(axes, state, proven)
+    axes.set(aspect="equal", xlabel="x", ylabel="y", title="Contact map")
+    tidy(axes)
+
+
+def scatter_states(axes: Axes, model: ContactModel, state: NDArray[np.int64]) -> None:
+    """Draw the nodes as dots in the colours of their states."""
+    size = float(np.clip(2500 / model.size, 3, 22))
+    for k, colour in STATE_COLOURS.items():
+        x, y = model.node_x[state == k], model.node_y[state == k]
+        axes.scatter(x, y, s=size, color=colour, edgecolors=INK, linewidths=0.4, zorder=2.5)
+
+
+@singledispatch
+def draw_values(model: ContactModel, axes: Axes, values: Vector, norm: Normalize) -> ScalarMappable:
+    """Draw a number at each node in plan by colour, and return what a colour bar needs."""
+    return scatter_values(axes, model, values, norm)
+
+
+def scatter_values(axes: Axes, model: ContactModel, values: Vector, norm: Normalize) -> ScalarMappable:
+    """Draw the nodes as dots, each with a number by its colour, and return what a colour bar needs."""
+    return axes.scatter(model.node_x, model.node_y, c=values, s=26, cmap="viridis", norm=norm, zorder=3)
+
+
+@singledispatch
+def values_figure(
+    subject: ContactModel | ContactQP, values: Vector, floor: float, label: str
+) -> tuple[Figure, NodePlaces | None]:
+    """Return a picture of a number at each node on a logarithmic scale: in plan, or sorted for a bare problem.
+
+    Parameters
+    ----------
+    subject : Membrane, Cable, CableNet, another model, or ContactQP
+    values : array, shape (n,)
+        Each >= 0.
+    floor : float
+        Values below it are drawn alike, > 0.
+    label : str
+        What the values are, with their unit.
+
+    Returns
+    -------
+    figure : Figure
+    places : NodePlaces or None
+        None where the picture shows no node of its own.
+    """
+    figure = new_figure(8, 4.6)
+    axes = figure.subplots()
+    axes.plot(np.arange(1, values.size + 1), np.maximum(np.sort(values)[::-1], floor), ".-", color=BLUE, lw=1, ms=4)
+    axes.set(yscale="log", xlabel="unknowns, sorted", ylabel=label)
+    tidy(axes)
+    return figure, None
+
+
+@values_figure.register(ContactModel)
+def _values_figure_in_plan(
+    model: ContactModel, values: Vector, floor: float, label: str
+) -> tuple[Figure, NodePlaces | None]:
+    from matplotlib.colors import LogNorm
+
+    figure = new_figure(8.5, map_height(model.extent, 6.8, least=2.2, most=7.5) + 1.0)
+    axes = figure.subplots()
+    drawn = np.maximum(values, floor)
+    picture = draw_values(model, axes, drawn, LogNorm(floor, max(float(drawn.max()), 10 * floor)))
+    width, height = model.extent
+    place = "bottom" if width > 2 * height else "right"
+    figure.colorbar(picture, ax=axes, extend="min", label=label, shrink=0.85, location=place)
+    axes.set(aspect="equal", xlabel="x", ylabel="y")
+    tidy(axes)
+    return figure, _places_in_plan(axes, model)
+
+
+def _places_in_plan(axes: Axes, model: ContactModel) -> NodePlaces:
+    x, y = model.node_x, model.node_y
+    return NodePlaces(axes, x, y, apart=0.05 * float(max(np.ptp(x), np.ptp(y))), ring=34)
+
+
+@singledispatch
+def settling_figure(model: ContactModel, touchdown: Settling) -> Figure:
+    """Return a picture of the loads at which the nodes settle: in plan, rings for those that settle at none of them."""
+    figure = new_figure(8, 6)
+    axes = figure.subplots()
+    x, y, known = model.node_x, model.node_y, np.isfinite(touchdown.load)
+    axes.scatter(x[~known], y[~known], s=18, facecolors="none", edgecolors=GROUND, linewidths=0.8)
+    picture: Any = axes.scatter(x[known], y[known], s=30, c=touchdown.load[known], cmap="viridis")
+    figure.colorbar(picture, ax=axes, label="load factor at which the node settles", shrink=0.85)
+    axes.set(aspect="equal", xlabel="x", ylabel="y", title=f"Touchdown loads, known to {touchdown.width:.2g}")
+    tidy(axes)
+    return figure
