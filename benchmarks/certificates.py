@@ -22,7 +22,7 @@ import numpy as np
 
 import contactqp as cq
 from contactqp.backends import suitable_backends
-from contactqp.sor.sweepers import LatticeSweeper
+from contactqp.methods.sor.sweepers import LatticeSweeper
 
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 ROUNDING = 1e-14

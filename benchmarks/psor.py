@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from contactqp.gallery import bowl
-from contactqp.sor.sweepers import LatticeSweeper
+from contactqp.methods.sor.sweepers import LatticeSweeper
 
 SWEEPS = 10
 

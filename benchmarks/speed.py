@@ -33,11 +33,11 @@ from collections.abc import Callable
 import numpy as np
 
 import contactqp as cq
+from contactqp.foundation.threads import Team
 from contactqp.gallery import ball, bowl, spiral
-from contactqp.judge import relative_bound
-from contactqp.multigrid.contact import nested_start
-from contactqp.multigrid.net import net_of
-from contactqp.team import Team
+from contactqp.methods.multigrid.arms import arms_of
+from contactqp.methods.multigrid.contact import nested_start
+from contactqp.proof.judge import relative_bound
 
 SIZES = {
     "general-qp": 511,
@@ -192,7 +192,7 @@ def cycles(nodes: int, repeat: int) -> None:
 def _cycles_to(model: cq.Membrane, error: float) -> int:
     """Return the finest cycles until max |ω - ω*| is below ``error`` of the gap scale, ω* from as many as help."""
     problem, _ = model.problem.scaled()
-    net = net_of(problem.stencil, problem.layout)
+    net = arms_of(problem.stencil, problem.layout)
     q, height = net.layout.grid(problem.q), problem.reference_grid()
     with Team() as team:
         solver = nested_start(net, q, height, team)
@@ -216,7 +216,7 @@ def _cycles_to(model: cq.Membrane, error: float) -> int:
 def nested(nodes: int, repeat: int) -> None:
     model, exact = ball(nodes)
     problem, units = model.problem.scaled()
-    net = net_of(problem.stencil, problem.layout)
+    net = arms_of(problem.stencil, problem.layout)
     finished = np.abs(certified(model, "multigrid", 1e-7).deflection - exact).max()
     with Team() as team:
         solver = nested_start(net, net.layout.grid(problem.q), problem.reference_grid(), team)

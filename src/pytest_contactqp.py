@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from contactqp._checks import Mask
-    from contactqp.compare import Comparison
-    from contactqp.judge import Verdict
-    from contactqp.model import ContactModel
-    from contactqp.problem import ContactQP
+    from contactqp.comparison.comparison import Comparison
+    from contactqp.foundation.checks import Mask
+    from contactqp.models.base import ContactModel
+    from contactqp.problem.contact_qp import ContactQP
+    from contactqp.proof.judge import Verdict
 
 DEFAULT_TOL = 1e-6
 
@@ -223,8 +223,8 @@ def _suitable(names: Sequence[str], problem: ContactQP | ContactModel) -> Sequen
     """Return those of the backends that suit the problem; all if none does, so that each tells why."""
     from contactqp.backends import get_backend
     from contactqp.errors import UnsuitableProblemError
-    from contactqp.model import ContactModel
-    from contactqp.problem import ContactQP
+    from contactqp.models.base import ContactModel
+    from contactqp.problem.contact_qp import ContactQP
 
     algebra = problem.problem if isinstance(problem, ContactModel) else problem
     if not isinstance(algebra, ContactQP):

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 import contactqp as cq
-from contactqp.stencil import Stencil
+from contactqp.algebra.stencil import Stencil
 
 
 def exact_matrix(problem):

@@ -4,12 +4,11 @@ PYTEST_DONT_REWRITE: pytest marks all that a wheel with a plugin holds, and warn
 """
 
 from . import gallery, profiles
+from ._version import __version__ as __version__
+from .algebra.stencil import Stencil
 from .backends import backend_names
-from .cable import Cable
-from .cable_net import CableNet
-from .certificate import Certificate, certify
-from .compare import Comparison, compare
-from .energy import complementary_energy, energy_bracket, feasible, potential_energy
+from .comparison.compare import compare
+from .comparison.comparison import Comparison
 from .errors import (
     CaseFileError,
     ContactWarning,
@@ -18,19 +17,23 @@ from .errors import (
     UnknownBackendError,
     UnsuitableProblemError,
 )
-from .events import Events, events
-from .frame import Frame
-from .judge import Residuals, Status
-from .lattice import Lattice
-from .membrane import Membrane
-from .path import LoadPath, trace
-from .problem import ContactQP
-from .solution import Solution
-from .solve import solve
-from .stencil import Stencil
-from .touchdown import Touchdown
-
-__version__ = "0.1.0"
+from .geometry.frame import Frame
+from .geometry.lattice import Lattice
+from .models.cable import Cable
+from .models.cable_net import CableNet
+from .models.membrane import Membrane
+from .paths.events import Events, events
+from .paths.load_path import LoadPath
+from .paths.touchdown import Touchdown
+from .paths.trace import trace
+from .problem.contact_qp import ContactQP
+from .proof.certificate import Certificate
+from .proof.certify import certify
+from .proof.energy import complementary_energy, energy_bracket, feasible, potential_energy
+from .proof.residuals import Residuals
+from .proof.status import Status
+from .solving.solution import Solution
+from .solving.solve import solve
 
 __all__ = [
     "Cable",

@@ -1,3 +1,3 @@
-"""The version: the only place in the source where it is written."""
+"""The version, in this one place."""
 
 __version__ = "0.1.0"

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from .solution import Solution
+from typing import Any
 
 
 class ContactWarning(UserWarning):
@@ -21,7 +18,7 @@ class NotCertifiedError(RuntimeError):
         The uncertified answer, with its residuals and its enclosure.
     """
 
-    def __init__(self, message: str, solution: Solution) -> None:
+    def __init__(self, message: str, solution: Any) -> None:
         super().__init__(message)
         self.solution = solution
 

@@ -7,13 +7,15 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._checks import Mask, Vector, finite_number, open_interval, vector
-from .certificate import Certificate
-from .compare import Comparison, compare
-from .judge import Verdict, judge, natural_map
-from .model import ContactModel
-from .problem import ContactQP
-from .solution import Solution
+from .comparison.compare import compare
+from .comparison.comparison import Comparison
+from .foundation.checks import Mask, Vector, finite_number, open_interval, vector
+from .models.base import ContactModel
+from .problem.contact_qp import ContactQP
+from .proof.certificate import Certificate
+from .proof.judge import Verdict, judge
+from .proof.residuals import natural_map
+from .solving.solution import Solution
 
 _SHOWN = 5
 """A message shows at most this many of the nodes that fail."""

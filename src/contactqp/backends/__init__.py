@@ -10,13 +10,13 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from .._checks import nearest
 from ..errors import UnknownBackendError, UnsuitableProblemError
+from ..foundation.checks import nearest
 
 if TYPE_CHECKING:
     from importlib import metadata
 
-    from ..problem import ContactQP
+    from ..problem.contact_qp import ContactQP
     from .base import Backend
 
 TABLE = {
@@ -85,7 +85,7 @@ def choose_backend(problem: ContactQP) -> tuple[str, str]:
     and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other M-matrices active
     sets are the fastest at any size. Interior points do not need an M-matrix.
     """
-    from ..active_set.primal_dual import DIRECT_SIZE
+    from ..methods.active_set.primal_dual import DIRECT_SIZE
 
     if not problem.is_m_matrix:
         return "clarabel", "auto: G is no M-matrix"

@@ -1,4 +1,4 @@
-"""The primal-dual active set method for sparse M-matrices, `contactqp.active_set`."""
+"""The primal-dual active set method for sparse M-matrices, `contactqp.methods.active_set`."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from .._checks import Vector
-from ..active_set.primal_dual import DIRECT_SIZE, ActiveSet
-from ..problem import ContactQP
-from ..progress import compiling
-from ..stiffness import SparseStiffness
-from ..team import Team
+from ..algebra.sparse import SparseStiffness
+from ..foundation.checks import Vector
+from ..foundation.progress import compiling
+from ..foundation.threads import Team
+from ..methods.active_set.primal_dual import DIRECT_SIZE, ActiveSet
+from ..problem.contact_qp import ContactQP
 from .base import Answer, Backend, Need, Stop, Task, feasible_start
 
 _MAX_STEPS = 500
@@ -74,14 +74,14 @@ def prepare(problem: ContactQP, task: Task) -> ActiveSet:
     solver = ActiveSet(problem.G, np.array(problem.q), problem.supported, units.min() / units)
     if not solver.direct:
         with compiling("active-set"):
-            from ..active_set import sparse_kernels  # noqa: F401  (compiles)
+            from ..methods.amg import sparse_kernels  # noqa: F401  (compiles)
     return solver
 
 
 def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
     """Return a gap by multigrid if the matrix is that of a lattice, whether it was given so or not; else None."""
-    from ..layout import Layout
-    from ..recognition import rectangle_of
+    from ..algebra.rectangle import rectangle_of
+    from ..geometry.numbering import Layout
 
     units = np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
     relative = units / units.max()
@@ -94,11 +94,11 @@ def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
     else:
         stencil, layout = problem.stiffness, problem.layout
     with compiling("multigrid"):
-        from ..multigrid.contact import nearly_solved
-        from ..multigrid.hierarchy import load_kernels
-        from ..multigrid.net import net_of
+        from ..methods.multigrid.arms import arms_of
+        from ..methods.multigrid.contact import nearly_solved
+        from ..methods.multigrid.hierarchy import load_kernels
 
-        net = net_of(stencil, layout)
+        net = arms_of(stencil, layout)
         load_kernels(net)
     with Team() as team:
         gap = nearly_solved(net, net.layout.grid(problem.q / relative), team, lambda: task.seconds_left <= 0)

@@ -16,10 +16,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .._checks import Vector, nearest
 from ..errors import MissingBackendError, UnsuitableProblemError
-from ..problem import ContactQP
-from ..progress import Progress, silent
+from ..foundation.checks import Vector, nearest
+from ..foundation.progress import Progress, silent
+from ..problem.contact_qp import ContactQP
 
 
 class Stop(StrEnum):

@@ -11,9 +11,9 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from .._checks import Vector, one_of, positive_number
-from ..problem import ContactQP
-from ..progress import run_interruptibly
+from ..foundation.checks import Vector, one_of, positive_number
+from ..foundation.progress import run_interruptibly
+from ..problem.contact_qp import ContactQP
 from .base import Answer, Backend, Stop, Task
 
 _MAX_ITER = 200

@@ -12,9 +12,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._checks import Vector, one_of, vector
-from ..problem import ContactQP
-from ..progress import run_interruptibly
+from ..foundation.checks import Vector, one_of, vector
+from ..foundation.progress import run_interruptibly
+from ..problem.contact_qp import ContactQP
 from .base import Answer, Backend, Need, Stop, Task
 
 _TIGHTEST = 1e-10

@@ -1,4 +1,4 @@
-"""The contact multigrid for lattices, `contactqp.multigrid`."""
+"""The contact multigrid for lattices, `contactqp.methods.multigrid`."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from .._checks import Vector, integer_at_least
-from ..problem import ContactQP
-from ..progress import compiling
-from ..team import Team
+from ..foundation.checks import Vector, integer_at_least
+from ..foundation.progress import compiling
+from ..foundation.threads import Team
+from ..problem.contact_qp import ContactQP
 from .active_set import iterate, prepare
 from .base import Answer, Backend, Need, Stop, Task, feasible_start
 
 if TYPE_CHECKING:
-    from ..multigrid.contact import ContactMultigrid
-    from ..multigrid.net import Net
+    from ..methods.multigrid.arms import Arms
+    from ..methods.multigrid.contact import ContactMultigrid
 
 _MAX_CYCLES = 200
 _PATIENCE = 5
@@ -62,10 +62,10 @@ class Multigrid(Backend):
         stencil = problem.stencil
         assert stencil is not None
         with compiling("multigrid"):
-            from ..multigrid.hierarchy import load_kernels
-            from ..multigrid.net import net_of
+            from ..methods.multigrid.arms import arms_of
+            from ..methods.multigrid.hierarchy import load_kernels
 
-            net = net_of(stencil, problem.layout)
+            net = arms_of(stencil, problem.layout)
             load_kernels(net)
         started = time.perf_counter()
         budget = _MAX_CYCLES if task.max_iter is None else task.max_iter
@@ -99,9 +99,9 @@ class Multigrid(Backend):
         return _handed_over(answer, problem, task, budget) if stop is Stop.FAILED else answer
 
 
-def _started(problem: ContactQP, task: Task, net: Net, team: Team) -> ContactMultigrid:
+def _started(problem: ContactQP, task: Task, net: Arms, team: Team) -> ContactMultigrid:
     """Return the iteration at the warm start, unless ω = 0 has less energy, or started from coarser lattices."""
-    from ..multigrid.contact import ContactMultigrid, nested_start
+    from ..methods.multigrid.contact import ContactMultigrid, nested_start
 
     q = net.layout.grid(problem.q)
     if task.warm_start is not None:

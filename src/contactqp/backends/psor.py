@@ -1,7 +1,7 @@
 """Projected successive over-relaxation, the reference method.
 
 Cryer, *The solution of a quadratic programming problem using systematic overrelaxation*, SIAM J. Control 9 (1971).
-The kernels are in `contactqp.sor`.
+The kernels are in `contactqp.methods.sor`.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from .._checks import one_of, open_interval, positive_number
-from ..problem import ContactQP
-from ..progress import compiling
+from ..foundation.checks import one_of, open_interval, positive_number
+from ..foundation.progress import compiling
+from ..problem.contact_qp import ContactQP
 from .base import Answer, Backend, Stop, Task, feasible_start
 
 if TYPE_CHECKING:
-    from ..sor.relaxation import FreeSetRelaxation
-    from ..sor.sweepers import Sweeper
+    from ..methods.sor.relaxation import FreeSetRelaxation
+    from ..methods.sor.sweepers import Sweeper
 
 _MAX_SWEEPS = 1_000_000
 _ROUNDING = 16 * np.finfo(float).eps
@@ -57,7 +57,7 @@ class Psor(Backend):
             See `Backend.solve`; it starts from zero, or from the warm start.
         relaxation : float in (0, 2) or "auto"
             The factor β; "auto" takes it on a membrane or a cable from the Jacobi matrix of the free nodes as they
-            settle, and else raises it as the decay of the steps asks for (see `contactqp.sor.relaxation`). The work
+            settle, and else raises it as the decay of the steps asks for (see `contactqp.methods.sor.relaxation`). The work
             of estimates counts as sweeps, by the nodes that go through the matrix, in ``iterations`` too.
         order : {"lexicographic", "red-black"}
             Order of the nodes; the second is for membranes and cables only.
@@ -73,8 +73,8 @@ class Psor(Backend):
             "relaxation". An estimate's sweeps repeat the record before it, as they leave the gap alone.
         """
         with compiling("psor"):
-            from ..sor.relaxation import AdaptiveRelaxation, FreeSetRelaxation
-            from ..sor.sweepers import LatticeSweeper, SparseSweeper
+            from ..methods.sor.relaxation import AdaptiveRelaxation, FreeSetRelaxation
+            from ..methods.sor.sweepers import LatticeSweeper, SparseSweeper
 
         adaptive: AdaptiveRelaxation | FreeSetRelaxation | None = None
         if relaxation != "auto":
@@ -154,7 +154,7 @@ def _estimated(relaxation: FreeSetRelaxation, sweeper: Sweeper, sweeps_left: int
     """Let the factor be estimated if it is time; return the work in nodes."""
     if relaxation.patient:
         return 0.0
-    from ..sor.spectral import MOST_WORK
+    from ..methods.sor.spectral import MOST_WORK
 
     if sweeps_left <= MOST_WORK:
         return 0.0

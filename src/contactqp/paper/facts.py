@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._checks import Vector, read_only
-from ..gallery import PAPER_LOADS
+from ..foundation.checks import Vector, read_only
+from ..gallery.membranes import PAPER_LOADS
 
 SURROGATE = "The rigid surface is a surrogate consistent with Table 1, not a reproduction."
 """Goes with everything that is shown of the example: the paper's Fig. 4 is lost."""

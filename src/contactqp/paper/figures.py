@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..plotting import BLUE, CLEAR, CONTACT, GROUND, INK, draw_frame_outline, new_figure, tidy
+from ..plotting.on_lattice import draw_frame_outline
+from ..plotting.style import BLUE, CLEAR, CONTACT, GROUND, INK, new_figure, tidy
 from .facts import MISPRINTED_LOAD, SURROGATE
 from .sections import Section, middle_section, section_solutions
 
@@ -14,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..model import TensionedNet
-    from ..solution import Solution
+    from ..models.on_lattice import LatticeModel
+    from ..solving.solution import Solution
     from .reproduction import Reproduction
 
 _COLUMNS = 4
@@ -167,7 +168,7 @@ def _draw_section(axes: Any, section: Section, solution: Solution) -> None:
         tidy(each)
 
 
-def _draw_support(axes: Axes, figure: Figure, model: TensionedNet) -> None:
+def _draw_support(axes: Axes, figure: Figure, model: LatticeModel) -> None:
     lattice = model.lattice
     picture = axes.pcolormesh(
         lattice.x,

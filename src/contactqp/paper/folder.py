@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import table
+from ..paper import table
 from .facts import SURROGATE
 from .sections import middle_section, section_solutions
 from .text_maps import text_map
@@ -81,7 +81,7 @@ def write_folder(found: Reproduction, folder: Path) -> tuple[Path, ...]:
     ...     [file.name for file in write_folder(reproduce(loads=[0.10]), Path(folder))][:3]
     ['README.txt', 'table1.txt', 'table1.csv']
     """
-    from . import figures
+    from ..paper import figures
 
     prepare_folder(folder)
     texts = {

@@ -9,14 +9,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._checks import Vector, read_only
-from ..compare import Comparison, compare
-from ..gallery import PAPER_LOADS, paper_hexagon
-from ..membrane import Membrane
-from ..path import LoadPath, trace
-from ..progress import Progress
-from ..solution import Solution
-from ..solve import solve
+from ..comparison.compare import compare
+from ..comparison.comparison import Comparison
+from ..foundation.checks import Vector, read_only
+from ..foundation.progress import Progress
+from ..gallery.membranes import PAPER_LOADS, paper_hexagon
+from ..models.membrane import Membrane
+from ..paths.load_path import LoadPath
+from ..paths.trace import trace
+from ..solving.solution import Solution
+from ..solving.solve import solve
 from .facts import TABLE_1, PaperRow
 from .scan import Scan, scan
 from .theory import jacobi_radius, optimal_factor

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._checks import Vector, real_array
-from ..model import TensionedNet
-from ..solve import solve
+from ..foundation.checks import Vector, real_array
+from ..models.on_lattice import LatticeModel
+from ..solving.solve import solve
 from .facts import FACTORS, TOLERANCE
 
 StoppingRule = Literal["step", "residual"]
@@ -49,7 +49,7 @@ class Scan:
 
 
 def scan(
-    model: TensionedNet,
+    model: LatticeModel,
     stopping: StoppingRule,
     *,
     stopping_length: float = TOLERANCE,

@@ -163,9 +163,9 @@ def print_table(found: Reproduction) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from ..report import _console
+    from ..foundation.terminal import table_console
 
-    console = _console()
+    console = table_console()
     width = min(console.width, _COLUMNS)
     console.print(Text(TITLE, style="bold"))
     console.print(Text(SURROGATE, style="yellow"))

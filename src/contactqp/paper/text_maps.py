@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..lattice import Lattice
+from ..geometry.lattice import Lattice
 
 FREE, SETTLED = ".", "*"
 

@@ -12,11 +12,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..model import TensionedNet, split
-from ..problem import ContactQP
+from ..models.base import split
+from ..models.on_lattice import LatticeModel
+from ..problem.contact_qp import ContactQP
 
 
-def jacobi_radius(problem: ContactQP | TensionedNet, free: ArrayLike) -> float:
+def jacobi_radius(problem: ContactQP | LatticeModel, free: ArrayLike) -> float:
     """Return the spectral radius of Jacobi's matrix on the free nodes.
 
     G is a Z-matrix, so B >= 0, and by Perron and Frobenius its radius is its largest eigenvalue: 1 less the smallest
@@ -89,6 +90,6 @@ def optimal_factor(radius: float) -> float:
     """
     if not 0 <= radius < 1:
         raise ValueError(f"radius must lie in [0, 1), got {radius!r}")
-    from ..sor.relaxation import young
+    from ..methods.sor.relaxation import young
 
     return young(radius)

@@ -1,0 +1,282 @@
+"""Stencil: the stiffness of a net of tensioned arms, applied without assembling it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..foundation.checks import Mask, Vector, read_only, real_array
+from ..geometry.numbering import Layout, Nodes, bounding_box
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+_Grid = NDArray[np.float64]
+
+
+class Stencil:
+    """Five-point stiffness G on a lattice: each node is joined to its four neighbours by arms.
+
+    G_ii is the sum of the stiffnesses of the node's four arms, G_ij = -(stiffness of the arm) for two nodes
+    that share one; an arm that ends on the frame enters the diagonal alone. With every arm equal to the
+    tension T this is the membrane's matrix (2.7)-(2.8) of the paper that contactqp starts from; with no
+    vertical arms and T/spacing along x it is the cable's.
+
+    Parameters
+    ----------
+    mask : array of bool, shape (rows, columns)
+        True = node.
+    horizontal : float or array, shape (rows, columns + 1)
+        Stiffness (force per length) of the arm between ``[i, j - 1]`` and ``[i, j]``, >= 0.
+    vertical : float or array, shape (rows + 1, columns)
+        Stiffness of the arm between ``[i - 1, j]`` and ``[i, j]``, >= 0.
+
+    Raises
+    ------
+    ValueError
+        If a stiffness is negative, not finite or of the wrong shape, or a node has no stiffness at all.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Stencil(np.ones((1, 3), dtype=bool), horizontal=1.0, vertical=1.0).tocsr().toarray()
+    array([[ 4., -1.,  0.],
+           [-1.,  4., -1.],
+           [ 0., -1.,  4.]])
+    """
+
+    def __init__(self, mask: Mask, horizontal: float | _Grid, vertical: float | _Grid) -> None:
+        self.mask = _checked_mask(mask)
+        rows, columns = self.mask.shape
+        self.horizontal = _arms(horizontal, (rows, columns + 1), "horizontal")
+        self.vertical = _arms(vertical, (rows + 1, columns), "vertical")
+        if not self._least_diagonal() > 0:
+            raise ValueError("every node needs at least one arm of positive stiffness")
+        if not self.finite:
+            raise ValueError(
+                "the stiffness of a node's arms together overflows: horizontal and vertical have values up to "
+                f"{max(self.horizontal.max(), self.vertical.max()):g}; take larger units"
+            )
+        if not self.uniform and not (self.horizontal.all() and self.vertical.all()):
+            self._refuse_floating_parts()
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all horizontal arms are equal, and all vertical ones."""
+        return self.horizontal.ndim == 0 and self.vertical.ndim == 0
+
+    @cached_property
+    def size(self) -> int:
+        """Number of nodes."""
+        return int(np.count_nonzero(self.mask))
+
+    @cached_property
+    def nonzeros(self) -> int:
+        """Number of nonzero entries of G."""
+        west, south = self._node_arms()
+        return self.size + 2 * (int(np.count_nonzero(west)) + int(np.count_nonzero(south)))
+
+    @cached_property
+    def _nodes(self) -> Nodes:
+        return Nodes(self.mask)
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The nodes within the smallest rectangle that holds them, for passes along its rows."""
+        return Layout(np.ascontiguousarray(self.mask[bounding_box(self.mask)]))
+
+    @property
+    def largest_diagonal(self) -> float:
+        """Largest diagonal entry of G."""
+        return self._joined_arms() if self.uniform else float(self.diagonal().max())
+
+    @property
+    def finite(self) -> bool:
+        """Whether all entries of G are finite."""
+        return bool(np.isfinite(self.largest_diagonal))
+
+    def scaled(self, factor: float) -> Stencil:
+        """Return the stencil whose arms are all ``factor`` times as stiff."""
+        scaled = Stencil(self.mask, self.horizontal * factor, self.vertical * factor)
+        if "layout" in self.__dict__:
+            scaled.__dict__["layout"] = self.layout
+        return scaled
+
+    def diagonal(self) -> Vector:
+        """Return the diagonal of G, shape (size,), force per length."""
+        if self.uniform:
+            return np.full(self.size, self._joined_arms())
+        west, east, south, north = self.weights()
+        with np.errstate(over="ignore"):
+            joined = (west + east) + (south + north)
+        return self.take(np.broadcast_to(joined, self.mask.shape))
+
+    def _joined_arms(self) -> float:
+        """Return the stiffness of four equal arms together."""
+        horizontal, vertical = float(self.horizontal), float(self.vertical)
+        return (horizontal + horizontal) + (vertical + vertical)
+
+    def _least_diagonal(self) -> float:
+        return self._joined_arms() if self.uniform else float(self.diagonal().min())
+
+    def matvec(self, vector: Vector) -> Vector:
+        """Return G times a vector in node order, shape (size,)."""
+        west, east, south, north = self.weights()
+        padded = self.pad(vector)
+        result = ((west + east) + (south + north)) * padded[1:-1, 1:-1]
+        result -= west * padded[1:-1, :-2]
+        result -= east * padded[1:-1, 2:]
+        result -= south * padded[:-2, 1:-1]
+        result -= north * padded[2:, 1:-1]
+        return self.take(result)
+
+    def pull(self, height: _Grid) -> Vector:
+        """Return the force with which the arms resist a shape: sum of stiffness x (own height - the other end's).
+
+        For heights h on nodes and frame it is Gh - b with b_i the sum of stiffness x height over node i's frame points;
+        formed from differences, it does not lose digits to a common height.
+
+        Parameters
+        ----------
+        height : array, shape (rows + 2, columns + 2)
+            Ordinates of nodes and frame points, with a ring about the net (see `pad`).
+
+        Returns
+        -------
+        array, shape (size,)
+        """
+        west, east, south, north = self.weights()
+        own = height[1:-1, 1:-1]
+        force = west * (own - height[1:-1, :-2]) + east * (own - height[1:-1, 2:])
+        force = force + (south * (own - height[:-2, 1:-1]) + north * (own - height[2:, 1:-1]))
+        return self.take(force)
+
+    def pull_and_magnitude(self, height: _Grid) -> tuple[Vector, Vector]:
+        """Return the force of `pull`, and the same sum with the moduli of the differences."""
+        west, east, south, north = self.weights()
+        own = height[1:-1, 1:-1]
+        force, magnitude = np.zeros(self.mask.shape), np.zeros(self.mask.shape)
+        for arms, one, other in (
+            ((west, east), height[1:-1, :-2], height[1:-1, 2:]),
+            ((south, north), height[:-2, 1:-1], height[2:, 1:-1]),
+        ):
+            first, second = own - one, own - other
+            force += arms[0] * first + arms[1] * second
+            magnitude += arms[0] * np.abs(first) + arms[1] * np.abs(second)
+        return self.take(force), self.take(magnitude)
+
+    def _refuse_floating_parts(self) -> None:
+        from scipy.sparse import csgraph
+
+        matrix = self.tocsr()
+        count, part = csgraph.connected_components(matrix, directed=False)
+        west, east, south, north = (np.broadcast_to(arm, self.mask.shape) for arm in self.weights())
+        points = self.padded_mask()
+        held = (
+            west * ~points[1:-1, :-2]
+            + east * ~points[1:-1, 2:]
+            + south * ~points[:-2, 1:-1]
+            + north * ~points[2:, 1:-1]
+        )
+        loose = np.bincount(part, weights=held[self.mask] > 0, minlength=count) == 0
+        if loose.any():
+            node = int(np.flatnonzero(loose[part])[0])
+            raise ValueError(f"{int(loose.sum())} part(s) have no arm to the frame, among them that of node {node}")
+
+    def pad(self, vector: Vector, fill: float = 0.0) -> _Grid:
+        """Lay a vector in node order out on the net with a ring of frame points about it."""
+        rows, columns = self.mask.shape
+        padded = np.full((rows + 2, columns + 2), fill)
+        self._nodes.put(padded[1:-1, 1:-1], vector)
+        return padded
+
+    def take(self, grid: NDArray[Any]) -> NDArray[Any]:
+        """Return the nodes' values of an array on the net, in node order."""
+        return self._nodes.take(grid)
+
+    def padded_mask(self) -> Mask:
+        """Return the mask with a ring of frame points about it."""
+        return np.pad(self.mask, 1)
+
+    def frame_points(self) -> Mask:
+        """Return where, on the net with a ring about it, a frame point is joined to a node by an arm."""
+        west, east, south, north = (np.broadcast_to(arm > 0, self.mask.shape) & self.mask for arm in self.weights())
+        joined = np.zeros((self.mask.shape[0] + 2, self.mask.shape[1] + 2), dtype=bool)
+        joined[1:-1, :-2] |= west
+        joined[1:-1, 2:] |= east
+        joined[:-2, 1:-1] |= south
+        joined[2:, 1:-1] |= north
+        return np.asarray(joined & ~self.padded_mask())
+
+    def tocsr(self) -> csr_array:
+        """Assemble G as a sparse array with sorted column numbers."""
+        from scipy.sparse import csr_array
+
+        west, south = self._node_arms()
+        index_type = np.int32 if 5 * self.size < 2**31 else np.int64
+        number = np.full((self.mask.shape[0] + 2, self.mask.shape[1] + 2), -1, dtype=index_type)
+        number[1:-1, 1:-1][self.mask] = np.arange(self.size, dtype=index_type)
+        columns = np.empty((self.size, 5), dtype=index_type)
+        values = np.empty((self.size, 5))
+        kept = np.empty((self.size, 5), dtype=bool)
+        east, north = np.zeros_like(west), np.zeros_like(south)
+        east[:, :-1], north[:-1] = west[:, 1:], south[1:]
+        neighbours = (
+            (number[:-2, 1:-1], south),
+            (number[1:-1, :-2], west),
+            (number[1:-1, 1:-1], None),
+            (number[1:-1, 2:], east),
+            (number[2:, 1:-1], north),
+        )
+        for k, (neighbour, arm) in enumerate(neighbours):
+            columns[:, k] = neighbour[self.mask]
+            if arm is None:
+                values[:, k], kept[:, k] = self.diagonal(), True
+            else:
+                np.negative(arm[self.mask], out=values[:, k])
+                kept[:, k] = values[:, k] != 0
+        pointers = np.zeros(self.size + 1, dtype=index_type)
+        np.cumsum(kept.sum(axis=1), out=pointers[1:])
+        return csr_array((values[kept], columns[kept], pointers), shape=(self.size, self.size))
+
+    def weights(self) -> tuple[Any, Any, Any, Any]:
+        """Return the stiffness of the west, east, south and north arm of every point of the net."""
+        horizontal, vertical = self.horizontal, self.vertical
+        west, east = (horizontal, horizontal) if horizontal.ndim == 0 else (horizontal[:, :-1], horizontal[:, 1:])
+        south, north = (vertical, vertical) if vertical.ndim == 0 else (vertical[:-1], vertical[1:])
+        return west, east, south, north
+
+    def _node_arms(self) -> tuple[_Grid, _Grid]:
+        """Return the stiffness of each point's west and south arm, 0 where it does not join two nodes."""
+        west, _, south, _ = self.weights()
+        west_arm, south_arm = np.zeros(self.mask.shape), np.zeros(self.mask.shape)
+        west_arm[:, 1:] = np.where(
+            self.mask[:, 1:] & self.mask[:, :-1], np.broadcast_to(west, self.mask.shape)[:, 1:], 0.0
+        )
+        south_arm[1:] = np.where(self.mask[1:] & self.mask[:-1], np.broadcast_to(south, self.mask.shape)[1:], 0.0)
+        return west_arm, south_arm
+
+    def __repr__(self) -> str:
+        kind = "uniform" if self.uniform else "varying arms"
+        return f"Stencil({self.size} nodes in {self.mask.shape[0]} x {self.mask.shape[1]}, {kind})"
+
+
+def _checked_mask(mask: Any) -> Mask:
+    points = np.asarray(mask)
+    if points.dtype != np.bool_ or points.ndim != 2 or not points.any():
+        raise ValueError(
+            f"mask must be a two-dimensional boolean array with a node, got dtype {points.dtype}, shape {points.shape}"
+        )
+    return points if not points.flags.writeable else read_only(points.copy())
+
+
+def _arms(value: float | _Grid, shape: tuple[int, int], name: str) -> _Grid:
+    arms = real_array(value, name)
+    if arms.ndim and arms.shape != shape:
+        raise ValueError(f"{name} must be a number or have shape {shape}, got {arms.shape}")
+    if not np.isfinite(arms).all() or (arms < 0).any():
+        raise ValueError(f"{name} must be finite and >= 0, got values from {arms.min():g} to {arms.max():g}")
+    return read_only(arms)

@@ -1,0 +1,1 @@
+"""One problem, several backends, and whether they agree."""

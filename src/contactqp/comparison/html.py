@@ -1,0 +1,390 @@
+"""A comparison as one HTML page that needs no network, no script and no other file."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from html import escape
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..backends import get_backend
+from ..foundation.files import replaced_as_a_whole, require_folder
+from ..foundation.text import count, number, seconds, shortened
+from .rows import Row
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .comparison import Comparison
+
+_STYLE = """
+body { margin: 0; background: #fff; color: #22333b; font: 16px/1.5 system-ui, sans-serif; }
+main { max-width: 64rem; margin: 0 auto; padding: 1rem; }
+h1 { font-size: 1.6rem; line-height: 1.25; margin: 0.5rem 0; overflow-wrap: anywhere; }
+h2 { font-size: 1.2rem; margin: 2rem 0 0.5rem; border-bottom: 1px solid #b8c4cb; break-after: avoid; }
+h3 { font-size: 1rem; margin: 1rem 0 0.25rem; break-after: avoid; }
+p, li, dd { overflow-wrap: anywhere; }
+.verdict { padding: 0.7rem 1rem; border-left: 0.4rem solid #c8553d; background: #fbeeeb; font-weight: 600; }
+.verdict.good { border-color: #3f7d58; background: #edf5f0; }
+.wide { overflow-x: auto; margin: 0.75rem 0; }
+table { border-collapse: collapse; font-size: 0.9rem; }
+caption { text-align: left; font-weight: 600; padding: 0.25rem 0; }
+th, td { padding: 0.25rem 0.7rem; border-bottom: 1px solid #dfe7ec; text-align: left; vertical-align: top; }
+thead th { border-bottom: 2px solid #22333b; vertical-align: bottom; }
+td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
+td.number { white-space: nowrap; }
+.bad { color: #a33219; font-weight: 600; }
+dl { display: grid; grid-template-columns: minmax(7rem, max-content) 1fr; gap: 0.2rem 1rem; font-size: 0.9rem; }
+dt { font-weight: 600; }
+dd { margin: 0; }
+figure { margin: 1rem 0; break-inside: avoid; }
+img { max-width: 100%; height: auto; display: block; }
+.map img { max-width: min(100%, 42rem); }
+figcaption { font-size: 0.9rem; color: #4a5b63; }
+@media (max-width: 40rem) { main { padding: 0.6rem; } dl { display: block; } dd { margin: 0 0 0.4rem; } }
+@media print {
+  main { max-width: none; padding: 0; }
+  body { font-size: 10pt; }
+  .wide { overflow: visible; break-inside: avoid; }
+  table, dl { font-size: 8pt; }
+  th, td { padding: 0.15rem 0.35rem; }
+  .map img { max-width: 12cm; }
+}
+"""
+
+# Even a browser that is online must not ask for anything.
+_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
+Column = tuple[str, Callable[[Row], str], bool]
+"""Heading, text of a row, and whether it is a number."""
+
+
+def write_report(comparison: Comparison, path: Path, title: str = "") -> Path:
+    """Write the page and return its path; a page that was there is replaced when the new one is complete."""
+    require_folder(path, "report")
+    page = report_html(comparison, title)
+    with replaced_as_a_whole(path) as unfinished:
+        unfinished.write_text(page, encoding="utf-8")
+    return path
+
+
+def report_html(comparison: Comparison, title: str = "") -> str:
+    """Return the page as text."""
+    headline = title or comparison.subject
+    sections = [
+        _heading(comparison, headline),
+        _metrics(comparison),
+        _truth(comparison),
+        _findings(comparison),
+        _pairs(comparison),
+        _pictures(comparison),
+        _worst_nodes(comparison),
+        _settings(comparison),
+        _surroundings(comparison),
+    ]
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<link rel="icon" href="data:,">\n<title>{escape(headline)}</title>\n<style>{_STYLE}</style>\n</head>\n'
+        f"<body>\n<main>\n{''.join(sections)}</main>\n</body>\n</html>\n"
+    )
+
+
+def _heading(comparison: Comparison, headline: str) -> str:
+    state = "verdict good" if comparison.agree else "verdict"
+    asked = (
+        f"{comparison.subject}; wanted: the gap's error within {comparison.tolerance} of the gap scale "
+        f"{comparison.problem.gap_scale:.3g}"
+    )
+    return (
+        f"<h1>{escape(headline)}</h1>\n<p>{escape(asked)}; run on {_date(comparison)}.</p>\n"
+        f'<p class="{state}">{escape(comparison.verdict())}</p>\n'
+    )
+
+
+def _date(comparison: Comparison) -> str:
+    return comparison.provenance.when.strftime("%Y-%m-%d, %H:%M:%S %z").strip()
+
+
+def _metrics(comparison: Comparison) -> str:
+    groups = [table_of_rows(comparison, caption, columns) for caption, columns in _GROUPS.items()]
+    legend = "".join(f"<dt>{escape(term)}</dt><dd>{escape(meaning)}</dd>\n" for term, meaning in _LEGEND.items())
+    return f"<h2>What each backend reached</h2>\n{''.join(groups)}<dl>\n{legend}</dl>\n"
+
+
+def table_of_rows(comparison: Comparison, caption: str, columns: Sequence[Column]) -> str:
+    """Return a table with a line for each backend, those that are not good enough marked."""
+    headings = [("backend", False), *((heading, numeric) for heading, _, numeric in columns)]
+    body = []
+    for row in comparison.rows:
+        cells = [f'<th scope="row"{"" if row.ok else _BAD}>{escape(row.backend)}</th>']
+        cells += [_cell(text(row), numeric) for _, text, numeric in columns]
+        body.append(f"<tr>{''.join(cells)}</tr>\n")
+    return _table(caption, headings, body)
+
+
+_BAD = ' class="bad"'
+
+
+def _table(caption: str, headings: Iterable[tuple[str, bool]], body: Iterable[str]) -> str:
+    head = "".join(
+        f'<th scope="col"{_NUMBER if numeric else ""}>{escape(heading)}</th>' for heading, numeric in headings
+    )
+    return (
+        f'<div class="wide"><table>\n<caption>{escape(caption)}</caption>\n'
+        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{''.join(body)}</tbody>\n</table></div>\n"
+    )
+
+
+_NUMBER = ' class="number"'
+
+
+def _cell(text: str, numeric: bool) -> str:
+    return f"<td{_NUMBER if numeric else ''}>{escape(text)}</td>"
+
+
+def _line(cells: Iterable[tuple[str, bool]]) -> str:
+    return f"<tr>{''.join(_cell(text, numeric) for text, numeric in cells)}</tr>\n"
+
+
+def _facts(caption: str, facts: Mapping[str, str]) -> str:
+    body = [f'<tr><th scope="row">{escape(name)}</th>{_cell(fact, False)}</tr>\n' for name, fact in facts.items()]
+    return _table(caption, [("what", False), ("value", False)], body)
+
+
+def _truth(comparison: Comparison) -> str:
+    truth, scale = comparison.truth, comparison.problem.gap_scale
+    certified = sum(solution.certificate is not None for solution in comparison.solutions.values())
+    if truth is None:
+        why = "they contradict each other" if certified else "there is none: no answer has a certificate"
+        text = f"The exact solution is not enclosed by the answers' certificates: {why}."
+    else:
+        decided = comparison.decided
+        of_scale = f" ({truth.width / scale:.2g} of the gap scale)" if scale > 0 else ""
+        text = (
+            f"The exact solution of the discrete problem lies in the intersection of {certified} "
+            f"enclosure{'' if certified == 1 else 's'}. At its widest node it is {truth.width:.2g} (length) "
+            f"wide{of_scale}. Of {comparison.problem.size} nodes {decided['contact']} are certainly in contact, "
+            f"{decided['clear']} certainly clear, and {decided['undecided']} undecided."
+        )
+    return f"<h2>Where the truth lies</h2>\n<p>{escape(text)}</p>\n"
+
+
+def _findings(comparison: Comparison) -> str:
+    claims = [f"{name} {sentence}" for name, sentence in comparison.false_claims.items()]
+    return (
+        "<h2>Findings and false claims</h2>\n"
+        f"<h3>Findings ({len(comparison.findings)})</h3>\n{_list(comparison.findings)}"
+        f"<h3>Said to be solved, and is not ({len(claims)})</h3>\n{_list(claims)}"
+    )
+
+
+def _list(sentences: Sequence[str]) -> str:
+    if not sentences:
+        return "<p>None.</p>\n"
+    return "<ul>\n" + "".join(f"<li>{escape(sentence)}</li>\n" for sentence in sentences) + "</ul>\n"
+
+
+def _pairs(comparison: Comparison) -> str:
+    if not comparison.pairs:
+        return "<h2>Pairs</h2>\n<p>There are no two answers to compare.</p>\n"
+    headings = [
+        ("first", False), ("second", False), ("largest difference of gaps", True), ("contact Jaccard distance", True),
+        ("differing nodes", True), ("boundary distance", True), ("enclosures", False),
+    ]  # fmt: skip
+    body = [
+        _line(
+            [
+                (pair.first, False),
+                (pair.second, False),
+                (number(pair.gap_difference), True),
+                (number(pair.contact_jaccard), True),
+                (str(pair.differing_nodes.size), True),
+                (number(pair.boundary_distance), True),
+                ("compatible" if pair.consistent else "exclude each other", False),
+            ]
+        )
+        for pair in comparison.pairs
+    ]
+    return "<h2>Pairs</h2>\n" + _table("How every two answers differ", headings, body)
+
+
+def _pictures(comparison: Comparison) -> str:
+    best = comparison.best
+    if best is None:
+        return ""
+    touching = int(best.contact.sum())
+    found = _figure(
+        comparison.plot(),
+        f"The best answer, by {best.backend}, with {touching} of {best.problem.size} nodes in contact; beside it bars "
+        f"of each backend's certified error and seconds. {comparison.verdict()}",
+        "The best answer, and what each backend reached in what time",
+        "both",
+    )
+    if len(comparison.usable) > 1:
+        found += _figure(
+            comparison.plot_disagreement(),
+            "Difference between the largest and the smallest gap of all answers at each node; "
+            f"its maximum is {comparison.spread.max():.2g}",
+            "How far the answers lie apart; the numbers are the ranks in the next table",
+            "map",
+        )
+    return f"<h2>Pictures</h2>\n{found}"
+
+
+def _figure(figure: Figure, alternative: str, caption: str, kind: str) -> str:
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png", dpi=110)
+    width, height = (round(110 * inches) for inches in figure.get_size_inches())
+    data = base64.b64encode(buffer.getvalue()).decode("ascii")
+    return (
+        f'<figure class="{kind}"><img src="data:image/png;base64,{data}" width="{width}" height="{height}" '
+        f'alt="{escape(alternative, quote=True)}">\n<figcaption>{escape(caption)}</figcaption></figure>\n'
+    )
+
+
+def _worst_nodes(comparison: Comparison) -> str:
+    frame = comparison.worst_nodes()
+    if frame.empty:
+        return ""
+    headings = [
+        ("rank", True), ("node", True), ("x", True), ("y", True), ("difference", True), ("largest gap", True),
+        ("by", False), ("smallest gap", True), ("by", False), ("reactions", True), ("truth", True),
+    ]  # fmt: skip
+    body = [
+        _line(
+            (
+                (str(rank), True),
+                (str(node.node), True),
+                (_known(node.x, 4), True),
+                (_known(node.y, 4), True),
+                (number(node.difference), True),
+                (f"{node.larger_gap:.5g}", True),
+                (node.larger, False),
+                (f"{node.smaller_gap:.5g}", True),
+                (node.smaller, False),
+                (f"{node.larger_reaction:.2g}, {node.smaller_reaction:.2g}", True),
+                (_interval(node.true_lower, node.true_upper), True),
+            )
+        )
+        for rank, node in enumerate(frame.itertuples(), start=1)
+    ]
+    caption = f"The {len(frame)} nodes where the answers lie farthest apart (gaps and x, y: length; reactions: force)"
+    return "<h2>Worst nodes</h2>\n" + _table(caption, headings, body)
+
+
+def _interval(lower: float, upper: float) -> str:
+    """Return a narrow interval by its middle and half its width, ``-`` where nothing is known."""
+    if not np.isfinite([lower, upper]).all():
+        return "-"
+    return f"{(lower + upper) / 2:.5g} ± {(upper - lower) / 2:.1g}"
+
+
+def _known(value: float, digits: int) -> str:
+    return "-" if np.isnan(value) else f"{value:.{digits}g}"
+
+
+def _settings(comparison: Comparison) -> str:
+    provenance = comparison.provenance
+    limits = {
+        "tolerance": f"{comparison.tolerance} of the gap scale",
+        "iterations": "each backend's own limit" if provenance.max_iter is None else f"at most {provenance.max_iter}",
+        "time": "no limit" if provenance.time_limit is None else f"at most {provenance.time_limit:g} s each",
+        "runs": f"one, and {provenance.repeats} more for the warm time" if provenance.repeats else "one",
+    }
+    headings = [("backend", False), ("options in effect", False), ("its own words at the end", False)]
+    body = []
+    for row in comparison.rows:
+        chosen = provenance.options.get(row.backend, {})
+        options = ", ".join(f"{name} = {shortened(value)}" for name, value in chosen.items())
+        if comparison.setting == "default" and _has_own_defaults(comparison, row.backend):
+            options = f"the library's own defaults{'; given: ' if options else ''}{options}"
+        note = comparison.solutions[row.backend].note if row.backend in comparison.solutions else ""
+        words = "; ".join(part for part in (row.message, note) if part)
+        body.append(_line([(row.backend, False), (options or "none", False), (words, False)]))
+    return (
+        "<h2>Settings</h2>\n"
+        + _facts("What was asked for", limits)
+        + _table("Options and last words of each backend", headings, body)
+    )
+
+
+def _has_own_defaults(comparison: Comparison, name: str) -> bool:
+    called = comparison.solutions[name].backend if name in comparison.solutions else name
+    return called != "auto" and get_backend(called).has_own_defaults
+
+
+def _surroundings(comparison: Comparison) -> str:
+    provenance = comparison.provenance
+    return (
+        "<h2>Versions and machine</h2>\n"
+        + _facts("Versions", provenance.versions)
+        + _facts("Machine", {**provenance.machine, "date and time": _date(comparison)})
+    )
+
+
+def _claim(row: Row) -> str:
+    return "-" if row.claimed is None else "yes" if row.claimed else "no"
+
+
+def _between(row: Row) -> str:
+    if row.true_error_lower is None or row.true_error_upper is None:
+        return "-"
+    low, high = number(row.true_error_lower), number(row.true_error_upper)
+    return low if low == high else f"{low} to {high}"
+
+
+_GROUPS: dict[str, list[Column]] = {
+    "Error of the gap": [
+        ("status", lambda row: row.status.replace("_", " "), False),
+        ("said to be solved", _claim, False),
+        ("bound / scale", lambda row: number(row.relative_bound), True),
+        ("true error / scale", lambda row: number(row.relative_true_error), True),
+        ("bound", lambda row: number(row.gap_bound), True),
+        ("true error", _between, True),
+    ],
+    "Optimality conditions": [
+        ("primal residual", lambda row: number(row.primal_residual), True),
+        ("dual residual", lambda row: number(row.dual_residual), True),
+        ("duality gap", lambda row: number(row.complementarity), True),
+        ("natural residual", lambda row: number(row.natural_residual), True),
+        ("objective", lambda row: number(row.objective, 8), True),
+    ],
+    "Contact": [
+        ("in contact", lambda row: count(row.contact), True),
+        ("undecided", lambda row: count(row.undecided), True),
+        ("Jaccard distance", lambda row: number(row.contact_jaccard), True),
+        ("boundary distance", lambda row: number(row.boundary_distance), True),
+    ],
+    "Work and time": [
+        ("iterations", lambda row: count(row.iterations), True),
+        ("cold (s)", lambda row: seconds(row.cold_seconds), True),
+        ("set-up (s)", lambda row: seconds(row.setup_seconds), True),
+        ("solve (s)", lambda row: seconds(row.solve_seconds), True),
+        ("warm (s)", lambda row: seconds(row.warm_seconds), True),
+    ],
+}
+
+_LEGEND: dict[str, str] = {
+    "bound": "Proven upper bound of max |ω − ω*| (length), from the answer's own certificate.",
+    "true error": "Two lengths between which max |ω − ω*| lies, by the certificates of all backends together; over the "
+    "scale: the larger one.",
+    "scale": "The gap scale, or the answer's own largest deflection where that is smaller.",
+    "primal residual": "max(0, −min ω) over supported nodes (length): by how much the support is penetrated.",
+    "dual residual": "max(0, −min R) (force): by how much the support pulls.",
+    "duality gap": "ωᵀR (force times length): zero at the solution.",
+    "natural residual": "max |min(ω, R/Gᵢᵢ)| (length): zero at the solution only.",
+    "objective": "½ωᵀGω + qᵀω (force times length).",
+    "Jaccard distance": "1 − |intersection| / |union| of the contact set and the best answer's: 0 if they are equal.",
+    "boundary distance": "Hausdorff distance of the free boundary from the best answer's (length), in middles of the "
+    "lattice's arms; inf if only one has a free boundary.",
+    "cold, warm": "Seconds of the first run, with scaling, compiling where it is due, and judging; and of the fastest "
+    "of the runs after it.",
+    "set-up, solve": "Seconds of the first run that the backend spent on conversion and factorisation, and on "
+    "iterating.",
+}

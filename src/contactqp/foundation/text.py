@@ -1,0 +1,42 @@
+"""Numbers and values as short text."""
+
+from __future__ import annotations
+
+import math
+from decimal import ROUND_UP, Decimal, localcontext
+
+
+def at_most(value: float, digits: int = 2) -> str:
+    """Return ``value`` rounded upwards to some significant digits, so that ``<=`` before it is true.
+
+    Examples
+    --------
+    >>> at_most(0.00173158), at_most(0.01), at_most(0.0), at_most(999.5, 3)
+    ('0.0018', '0.01', '0', '1e+03')
+    """
+    if not (math.isfinite(value) and value > 0):
+        return f"{value:.{digits}g}"
+    with localcontext() as context:
+        context.prec, context.rounding = digits, ROUND_UP
+        return f"{float(+Decimal(repr(float(value)))):.{digits}g}"
+
+
+def number(value: float | None, digits: int = 2) -> str:
+    """Return a number with so many significant digits, ``-`` for none."""
+    return "-" if value is None else f"{value:.{digits}g}"
+
+
+def count(value: int | None) -> str:
+    """Return a count, ``-`` for none."""
+    return "-" if value is None else str(value)
+
+
+def seconds(value: float | None) -> str:
+    """Return a time with three significant digits, ``-`` for none."""
+    return "-" if value is None else f"{value:#.3g}"
+
+
+def shortened(value: object, length: int = 60) -> str:
+    """Return a value as text of at most so many characters."""
+    text = " ".join(str(value).split())
+    return text if len(text) <= length else text[: length - 1] + "…"

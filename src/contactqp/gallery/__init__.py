@@ -1,0 +1,27 @@
+"""Gallery: named problems with known answers, for tests, benchmarks and lectures."""
+
+from .cables import cable_on_floor, cable_on_parabola, cable_on_posts
+from .membranes import (
+    PAPER_CORNERS,
+    PAPER_LOADS,
+    ball,
+    bowl,
+    islands,
+    l_shape_with_hole,
+    paper_hexagon,
+    spiral,
+)
+
+__all__ = [
+    "PAPER_CORNERS",
+    "PAPER_LOADS",
+    "ball",
+    "bowl",
+    "cable_on_floor",
+    "cable_on_parabola",
+    "cable_on_posts",
+    "islands",
+    "l_shape_with_hole",
+    "paper_hexagon",
+    "spiral",
+]

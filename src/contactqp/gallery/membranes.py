@@ -1,0 +1,183 @@
+"""Membranes with known answers, or of shapes that are hard on a solver."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..foundation.checks import Vector, integer_at_least, positive_number
+from ..geometry.frame import Frame
+from ..geometry.lattice import Lattice
+from ..models.membrane import Membrane
+from ..profiles.analytic import HillAndFloor
+
+PAPER_LOADS = tuple(k / 100 for k in range(1, 11))
+"""The ten dimensionless loads P' = pΔ/T of the paper's Table 1."""
+
+PAPER_CORNERS = ((32.0, 0.0), (8.0, 24.0), (-8.0, 24.0), (-32.0, 0.0), (-8.0, -24.0), (8.0, -24.0))
+"""Corners of the paper's hexagon in spacings: the doubly symmetric one with 45° sides and 1857 nodes."""
+
+
+def paper_hexagon(load: float = 0.03) -> Membrane:
+    """Return the paper's hexagonal membrane of 1857 nodes over a surrogate surface.
+
+    The contour is the only doubly symmetric hexagon with 45° sides and lattice corners that holds 1857 nodes; the
+    paper's rigid surface, its Fig. 4, is lost, and `HillAndFloor` stands in for it.
+
+    Parameters
+    ----------
+    load : float
+        P' = pΔ/T; the paper's are 0.01, 0.02, …, 0.10.
+
+    Examples
+    --------
+    >>> paper_hexagon().lattice.size
+    1857
+    """
+    return Membrane(Frame.polygon(PAPER_CORNERS).lattice(spacing=1.0), tension=1.0, load=load, support=HillAndFloor())
+
+
+def bowl(nodes: int) -> Membrane:
+    """Return a pressed membrane over a dented bowl on the unit square, ``nodes`` x ``nodes``.
+
+    T = 1, p = 8, f = 0.15 + 0.3((x - 0.5)² + (y - 0.45)²) + 0.03 sin 9x sin 7y.
+
+    Parameters
+    ----------
+    nodes : int
+        Nodes along each side.
+
+    Examples
+    --------
+    >>> bowl(15).lattice
+    Lattice(225 nodes in 17 x 17, spacing=0.0625)
+    """
+    nodes = integer_at_least(nodes, 1, "nodes")
+    lattice = Frame.rectangle(1.0, 1.0, center=(0.5, 0.5)).lattice(spacing=1 / (nodes + 1))
+    return Membrane(lattice, tension=1.0, load=8.0, support=_dented_bowl)
+
+
+def _dented_bowl(x: Vector, y: Vector) -> Vector:
+    dents = 0.03 * np.sin(9 * x) * np.sin(7 * y)
+    return np.asarray(0.15 + 0.3 * ((x - 0.5) ** 2 + (y - 0.45) ** 2) + dents)
+
+
+def spiral(nodes: int) -> Membrane:
+    """Return an unloaded membrane hung over a spiral ridge, whose contact set is as long as the lattice lets it be.
+
+    Gräser and Kornhuber, *Multigrid methods for obstacle problems*, J. Comput. Math. 27 (2009): on (-1, 1)²
+    above ψ = sin(2π/r + π/2 - θ) + r(r + 1)/(r - 2) - 3r + 3.6, ψ(0) = 3.6. Here T = 1, p = 0, and heights are
+    deflections downwards: f = -ψ.
+
+    Parameters
+    ----------
+    nodes : int
+        Nodes along each side, >= 1.
+
+    Examples
+    --------
+    >>> float(spiral(3).support.min())
+    -3.6
+    """
+    nodes = integer_at_least(nodes, 1, "nodes")
+    lattice = Frame.rectangle(2.0, 2.0).lattice(spacing=2 / (nodes + 1))
+    return Membrane(lattice, tension=1.0, load=0.0, support=_spiral_support)
+
+
+def _spiral_support(x: Vector, y: Vector) -> Vector:
+    r, angle = np.hypot(x, y), np.arctan2(y, x)
+    summit = r == 0
+    r[summit] = 1.0
+    height = np.sin(2 * np.pi / r + np.pi / 2 - angle) + r * (r + 1) / (r - 2) - 3 * r + 3.6
+    height[summit] = 3.6
+    return np.asarray(-height)
+
+
+def ball(nodes: int) -> tuple[Membrane, Vector]:
+    """Return a membrane hung over a ball, and its exact continuous deflection at the nodes.
+
+    Bueler, *PETSc for Partial Differential Equations* (2021), ch. 12: on (-2, 2)² above ψ = √(1 - r²) for
+    r ≤ 0.9, continued by its tangent; u = -A ln r + B outside the contact disk of radius a, and on the frame. Here
+    heights are deflections downwards: f = -ψ, w = -u.
+
+    Parameters
+    ----------
+    nodes : int
+        Nodes along each side, an odd number for one at the summit.
+
+    Returns
+    -------
+    model : Membrane
+    deflection : array, shape (nodes²,)
+
+    Examples
+    --------
+    >>> model, exact = ball(31)
+    >>> round(float(exact.min()), 12)
+    -1.0
+    """
+    nodes = integer_at_least(nodes, 1, "nodes")
+    lattice = Frame.rectangle(4.0, 4.0).lattice(spacing=4 / (nodes + 1))
+    model = Membrane(
+        lattice, tension=1.0, load=0.0, support=_ball_support, frame_height=lambda x, y: -_ball_height(x, y)
+    )
+    return model, -_ball_height(lattice.node_x, lattice.node_y)
+
+
+_BALL_A, _BALL_B, _BALL_RADIUS = 0.680259411891719, 0.471519893402112, 0.697965148223374
+
+
+def _ball_support(x: Vector, y: Vector) -> Vector:
+    r = np.hypot(x, y)
+    edge = 0.9
+    height = math.sqrt(1 - edge**2)
+    tangent = height - edge / height * (r - edge)
+    return -np.where(r <= edge, np.sqrt(np.maximum(1 - r**2, 0.0)), tangent)
+
+
+def _ball_height(x: Vector, y: Vector) -> Vector:
+    r = np.hypot(x, y)
+    outside = -_BALL_A * np.log(np.maximum(r, _BALL_RADIUS)) + _BALL_B
+    return np.where(r <= _BALL_RADIUS, np.sqrt(np.maximum(1 - r**2, 0.0)), outside)
+
+
+def l_shape_with_hole(spacing: float = 0.1) -> Membrane:
+    """Return a membrane on an L-shaped frame with a square hole, over a tilted plane.
+
+    Parameters
+    ----------
+    spacing : float
+        Lattice spacing; the L is 2 x 2.
+
+    Examples
+    --------
+    >>> l_shape_with_hole().lattice.parts
+    1
+    """
+    spacing = positive_number(spacing, "spacing")
+    frame = Frame.polygon(
+        [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], holes=[[(0.3, 0.3), (0.7, 0.3), (0.7, 0.7), (0.3, 0.7)]]
+    )
+    return Membrane(frame.lattice(spacing), tension=1.0, load=4.0, support=lambda x, y: 0.05 + 0.02 * x)
+
+
+def islands() -> Membrane:
+    """Return membranes on four disconnected lattices: a block, a one-node channel, a corner and a single node.
+
+    Examples
+    --------
+    >>> islands().lattice.parts
+    4
+    """
+    picture = """
+        .............
+        .#####..#..#.
+        .#####..#....
+        .#####..#.###
+        .#####..#.#..
+        ..###...#.#..
+        .............
+    """
+    mask = np.array([[point == "#" for point in row] for row in picture.split()])
+    return Membrane(Lattice(mask, 1.0), tension=1.0, load=0.5, support=0.4)

@@ -1,0 +1,1 @@
+"""Frames, lattices, the numbering of nodes, and fields given on them."""

@@ -1,0 +1,271 @@
+"""Frame: the plane contour over which a membrane is stretched."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..foundation.checks import Mask, finite_number, positive_number
+from .lattice import Lattice
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+Point = tuple[float, float]
+_Grid = NDArray[np.float64]
+_Inside = Callable[[_Grid, _Grid, float], Mask]
+
+_RELATIVE_TOLERANCE = 1e-9
+"""A point closer to the contour than this times the frame's extent counts as lying on it."""
+
+
+class Frame:
+    """A plane contour, possibly with holes and several parts.
+
+    Make one with `rectangle`, `hexagon`, `disk`, `polygon` or `from_shapely`; join, cut and intersect
+    frames with ``|``, ``-`` and ``&``. All lengths are in the unit of the lattice spacing.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> plate_with_hole = cq.Frame.rectangle(4, 4) - cq.Frame.disk(1)
+    >>> plate_with_hole.lattice(spacing=0.5)
+    Lattice(36 nodes in 9 x 9, spacing=0.5)
+    """
+
+    def __init__(self, geometry: BaseGeometry, inside: _Inside, name: str) -> None:
+        self.geometry = geometry
+        self._inside = inside
+        self._name = name
+
+    @classmethod
+    def rectangle(cls, width: float, height: float, center: Point = (0.0, 0.0)) -> Frame:
+        """Return a rectangle with sides along the axes.
+
+        Parameters
+        ----------
+        width, height : float
+            Extents along x and y (length), > 0.
+        center : (float, float)
+            Centre (length).
+        """
+        from shapely.geometry import box
+
+        half_width, half_height = positive_number(width, "width") / 2, positive_number(height, "height") / 2
+        center_x, center_y = _point(center, "center")
+
+        def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
+            return (np.abs(x - center_x) < half_width - margin) & (np.abs(y - center_y) < half_height - margin)
+
+        geometry = box(center_x - half_width, center_y - half_height, center_x + half_width, center_y + half_height)
+        return cls(geometry, inside, f"rectangle({width:g}, {height:g})")
+
+    @classmethod
+    def disk(cls, radius: float, center: Point = (0.0, 0.0)) -> Frame:
+        """Return a circle; nodes are judged by their exact distance from the centre.
+
+        Parameters
+        ----------
+        radius : float
+            Radius (length), > 0.
+        center : (float, float)
+            Centre (length).
+        """
+        from shapely.geometry import Point as ShapelyPoint
+
+        limit = positive_number(radius, "radius")
+        center_x, center_y = _point(center, "center")
+
+        def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
+            return np.asarray(np.hypot(x - center_x, y - center_y) < limit - margin)
+
+        geometry = ShapelyPoint(center_x, center_y).buffer(limit, quad_segs=64)
+        return cls(geometry, inside, f"disk({radius:g})")
+
+    @classmethod
+    def hexagon(cls, side: float, center: Point = (0.0, 0.0)) -> Frame:
+        """Return a regular hexagon with two sides parallel to x.
+
+        Parameters
+        ----------
+        side : float
+            Length of a side, which is also the circumradius, > 0.
+        center : (float, float)
+            Centre (length).
+        """
+        radius = positive_number(side, "side")
+        center_x, center_y = _point(center, "center")
+        half, rise = radius / 2, radius * math.sqrt(3) / 2
+        offsets = [(radius, 0.0), (half, rise), (-half, rise), (-radius, 0.0), (-half, -rise), (half, -rise)]
+        frame = cls.polygon([(center_x + x, center_y + y) for x, y in offsets])
+        frame._name = f"hexagon({side:g})"
+        return frame
+
+    @classmethod
+    def polygon(cls, corners: Sequence[Point], holes: Sequence[Sequence[Point]] = ()) -> Frame:
+        """Return a polygon, with polygonal holes if given.
+
+        Parameters
+        ----------
+        corners : sequence of (x, y)
+            At least three corners in order (length); the contour closes by itself.
+        holes : sequence of sequences of (x, y)
+            Contours of the holes.
+
+        Raises
+        ------
+        ValueError
+            If the contour crosses itself or encloses no area.
+        """
+        from shapely.geometry import Polygon
+
+        rings = [[_point(corner, f"corners[{i}]") for i, corner in enumerate(corners)]]
+        rings += [[_point(corner, f"holes[{k}][{i}]") for i, corner in enumerate(hole)] for k, hole in enumerate(holes)]
+        for ring in rings:
+            if len(ring) < 3:
+                raise ValueError(f"a polygon needs at least 3 corners, got {len(ring)}: {ring}")
+        frame = cls.from_shapely(Polygon(rings[0], rings[1:]))
+        frame._name = f"polygon({len(rings[0])} corners" + (f", {len(holes)} holes)" if holes else ")")
+        return frame
+
+    @classmethod
+    def from_shapely(cls, geometry: BaseGeometry) -> Frame:
+        """Wrap a shapely Polygon or MultiPolygon.
+
+        Raises
+        ------
+        TypeError
+            If the geometry is not of that kind.
+        ValueError
+            If it is empty or invalid (the message carries shapely's reason).
+        """
+        import shapely
+
+        kind = getattr(geometry, "geom_type", type(geometry).__name__)
+        if kind not in ("Polygon", "MultiPolygon"):
+            raise TypeError(f"geometry must be a shapely Polygon or MultiPolygon, got {kind}")
+        if not shapely.is_valid(geometry):
+            raise ValueError(f"the contour is not a valid polygon: {shapely.is_valid_reason(geometry)}")
+        if geometry.is_empty or geometry.area == 0:
+            raise ValueError("the contour encloses no area")
+
+        return cls(geometry, _polygon_predicate(geometry), f"from_shapely({kind})")
+
+    @property
+    def area(self) -> float:
+        """Enclosed area (length squared)."""
+        return float(self.geometry.area)
+
+    def lattice(self, spacing: float, origin: Point = (0.0, 0.0)) -> Lattice:
+        """Lay a square net over the frame and keep the points strictly inside it.
+
+        A point on the contour, to 1e-9 of the frame's extent, belongs to the frame.
+
+        Parameters
+        ----------
+        spacing : float
+            Distance of neighbouring points (length), > 0.
+        origin : (float, float)
+            A point that the net passes through (length).
+
+        Returns
+        -------
+        Lattice
+            Its array just covers the frame.
+
+        Raises
+        ------
+        ValueError
+            If no point of the net lies inside.
+        """
+        spacing = positive_number(spacing, "spacing")
+        origin_x, origin_y = _point(origin, "origin")
+        left, bottom, right, top = self.geometry.bounds
+        coordinates = np.abs([left, bottom, right, top, origin_x, origin_y])
+        margin = max(_RELATIVE_TOLERANCE * max(right - left, top - bottom), 8 * float(np.spacing(coordinates.max())))
+        columns = _covering(left, right, origin_x, spacing)
+        rows = _covering(bottom, top, origin_y, spacing)
+        x, y = origin_x + spacing * columns, origin_y + spacing * rows
+        grid_x, grid_y = np.broadcast_arrays(x, y[:, None])
+        mask = np.asarray(self._inside(grid_x, grid_y, margin))
+        if not mask.any():
+            raise ValueError(
+                f"no lattice point of spacing {spacing:g} lies inside {self!r}; "
+                f"choose a spacing well below {min(right - left, top - bottom):g}"
+            )
+        return Lattice(mask, spacing, (float(x[0]), float(y[0])))
+
+    def __or__(self, other: Frame) -> Frame:
+        joined = _closed(self.geometry.union(other.geometry))
+        in_joined = _polygon_predicate(joined)
+
+        def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
+            # The joined polygon adds the points of edges that both share, which are inside neither.
+            return np.asarray(self._inside(x, y, margin) | other._inside(x, y, margin) | in_joined(x, y, margin))
+
+        return Frame(joined, inside, f"{self._name} | {other._name}")
+
+    def __and__(self, other: Frame) -> Frame:
+        def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
+            return np.asarray(self._inside(x, y, margin) & other._inside(x, y, margin))
+
+        geometry = self.geometry.intersection(other.geometry)
+        _refuse_empty(geometry, f"{self!r} & {other!r}")
+        return Frame(geometry, inside, f"{self._name} & {other._name}")
+
+    def __sub__(self, other: Frame) -> Frame:
+        def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
+            return np.asarray(self._inside(x, y, margin) & ~other._inside(x, y, -margin))
+
+        geometry = self.geometry.difference(other.geometry)
+        _refuse_empty(geometry, f"{self!r} - {other!r}")
+        return Frame(geometry, inside, f"{self._name} - {other._name}")
+
+    def __repr__(self) -> str:
+        return f"Frame.{self._name}"
+
+
+def _closed(geometry: BaseGeometry) -> BaseGeometry:
+    """Close slits that are no wider than rounding, as between edges that were computed separately."""
+    left, bottom, right, top = geometry.bounds
+    extent, largest = max(right - left, top - bottom), float(np.abs(geometry.bounds).max())
+    width = max(_RELATIVE_TOLERANCE * extent, 8 * float(np.spacing(largest)))
+    return geometry.buffer(width, join_style="mitre").buffer(-width, join_style="mitre")
+
+
+def _polygon_predicate(geometry: BaseGeometry) -> _Inside:
+    """Return the test for points strictly inside a polygon, made about its own corner to keep digits far from 0."""
+    import shapely
+
+    corner_x, corner_y = geometry.bounds[:2]
+    local = shapely.transform(geometry, lambda points: points - np.array([corner_x, corner_y]))
+
+    def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
+        shrunk = local.buffer(-margin, join_style="mitre")
+        shapely.prepare(shrunk)
+        return np.asarray(shapely.contains_xy(shrunk, x - corner_x, y - corner_y))
+
+    return inside
+
+
+def _point(value: Any, name: str) -> Point:
+    if np.shape(value) != (2,):
+        raise ValueError(f"{name} must be a pair (x, y), got {value!r}")
+    return finite_number(value[0], f"{name}[0]"), finite_number(value[1], f"{name}[1]")
+
+
+def _covering(low: float, high: float, origin: float, spacing: float) -> NDArray[np.float64]:
+    """Return the whole numbers k for which origin + k spacing just covers [low, high]."""
+    slack = 1e-6
+    first = math.floor((low - origin) / spacing + slack)
+    last = math.ceil((high - origin) / spacing - slack)
+    return np.arange(first, last + 1, dtype=np.float64)
+
+
+def _refuse_empty(geometry: BaseGeometry, expression: str) -> None:
+    if geometry.is_empty or geometry.area == 0:
+        raise ValueError(f"{expression} encloses no area")

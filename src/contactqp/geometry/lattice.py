@@ -1,0 +1,181 @@
+"""Lattice: the nodes inside a frame, on a square net of equal spacing."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..foundation.checks import Mask, Vector, finite_number, positive_number, read_only
+from .numbering import Nodes
+
+
+class Lattice:
+    """The nodes of a square net that lie inside a frame.
+
+    Nodes are numbered row by row: y ascending, and x ascending within a row. Two-dimensional arrays are
+    indexed ``[row, column]``, that is ``[y, x]``. Every point of the net that is not a node, and
+    everything outside the array, belongs to the frame.
+
+    Parameters
+    ----------
+    mask : array of bool, shape (rows, columns)
+        True where there is a node.
+    spacing : float
+        Distance of neighbouring points (length), > 0.
+    origin : (float, float)
+        Coordinates x, y of the point ``mask[0, 0]`` (length).
+
+    Raises
+    ------
+    TypeError
+        If ``mask`` is not boolean.
+    ValueError
+        If ``mask`` is not two-dimensional or holds no node, or ``spacing`` is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import contactqp as cq
+    >>> lattice = cq.Lattice.from_mask(np.array([[True, True, False], [True, True, True]]), spacing=0.5)
+    >>> lattice
+    Lattice(5 nodes in 2 x 3, spacing=0.5)
+    >>> lattice.node_x
+    array([0. , 0.5, 0. , 0.5, 1. ])
+    >>> lattice.scatter([1, 2, 3, 4, 5], fill=0)
+    array([[1, 2, 0],
+           [3, 4, 5]])
+    """
+
+    def __init__(self, mask: ArrayLike, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> None:
+        points = np.array(mask)
+        if points.dtype != np.bool_:
+            raise TypeError(
+                f"mask must be boolean (True = node), got dtype {points.dtype}; compare it first, e.g. mask > 0"
+            )
+        if points.ndim != 2:
+            raise ValueError(f"mask must be two-dimensional [row, column], got shape {points.shape}")
+        if not points.any():
+            raise ValueError(f"mask of shape {points.shape} holds no node: choose a smaller spacing or a larger frame")
+        self.mask: Mask = read_only(points)
+        self.spacing = positive_number(spacing, "spacing")
+        if np.shape(origin) != (2,):
+            raise ValueError(f"origin must be a pair (x, y), got {origin!r}")
+        self.origin = (finite_number(origin[0], "origin[0]"), finite_number(origin[1], "origin[1]"))
+
+    @classmethod
+    def from_mask(cls, mask: ArrayLike, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> Lattice:
+        """Make a lattice from a boolean array: True = node, all else is frame (see the class)."""
+        return cls(mask, spacing, origin)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the net."""
+        rows, columns = self.mask.shape
+        return rows, columns
+
+    @cached_property
+    def size(self) -> int:
+        """Number of nodes."""
+        return int(np.count_nonzero(self.mask))
+
+    @cached_property
+    def x(self) -> Vector:
+        """Abscissae of the columns, shape (columns,), length."""
+        return read_only(self.origin[0] + self.spacing * np.arange(self.shape[1]))
+
+    @cached_property
+    def y(self) -> Vector:
+        """Ordinates of the rows, shape (rows,), ascending, length."""
+        return read_only(self.origin[1] + self.spacing * np.arange(self.shape[0]))
+
+    @cached_property
+    def _nodes(self) -> Nodes:
+        return Nodes(self.mask)
+
+    @property
+    def node_x(self) -> Vector:
+        """Abscissa of each node, shape (size,), length."""
+        return self._nodes.take(np.broadcast_to(self.x, self.shape))
+
+    @property
+    def node_y(self) -> Vector:
+        """Ordinate of each node, shape (size,), length."""
+        return self._nodes.take(np.broadcast_to(self.y[:, None], self.shape))
+
+    @cached_property
+    def parts(self) -> int:
+        """Number of connected parts (nodes joined by lattice arms)."""
+        from scipy import ndimage
+
+        return int(ndimage.label(self.mask)[1])
+
+    def scatter(self, vector: ArrayLike, fill: float = np.nan) -> NDArray[Any]:
+        """Lay a vector in node order out on the net, with ``fill`` where there is no node.
+
+        Parameters
+        ----------
+        vector : array, shape (size,)
+            One value a node.
+        fill : float
+            Value of the other points.
+
+        Returns
+        -------
+        array, shape (rows, columns)
+        """
+        values = np.asarray(vector)
+        if values.shape != (self.size,):
+            raise ValueError(f"vector must have shape ({self.size},), got {values.shape}")
+        grid = np.full(self.shape, fill, dtype=np.result_type(values.dtype, type(fill)))
+        self._nodes.put(grid, values)
+        return grid
+
+    def gather(self, grid: ArrayLike) -> NDArray[Any]:
+        """Take the nodes' values, in node order, from an array on the net: the inverse of `scatter`."""
+        values = np.asarray(grid)
+        if values.shape != self.shape:
+            raise ValueError(f"grid must have the lattice's shape {self.shape}, got {values.shape}")
+        return self._nodes.take(values)
+
+    def ring_coordinates(self, row: NDArray[Any], column: NDArray[Any]) -> tuple[Vector, Vector]:
+        """Return x and y of points by their places on the net with a ring of frame points about it (length)."""
+        return self.origin[0] + self.spacing * (column - 1), self.origin[1] + self.spacing * (row - 1)
+
+    def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
+        """Return the middles of the arms that join a node in contact to one that is not.
+
+        Parameters
+        ----------
+        contact : array of bool, shape (size,)
+
+        Returns
+        -------
+        array, shape (k, 2)
+            x and y (length).
+        """
+        grid = self.scatter(contact.astype(np.int8), fill=-1)
+
+        def middles(before: NDArray[Any], after: NDArray[Any], shift: tuple[float, float]) -> Vector:
+            row, column = np.nonzero((before >= 0) & (after >= 0) & (before != after))
+            step = self.spacing
+            return np.column_stack(
+                [self.origin[0] + step * (column + shift[0]), self.origin[1] + step * (row + shift[1])]
+            )
+
+        return np.concatenate(
+            [middles(grid[:, :-1], grid[:, 1:], (0.5, 0.0)), middles(grid[:-1], grid[1:], (0.0, 0.5))]
+        )
+
+    def describe(self, node: int) -> str:
+        """Name a node by its number and coordinates, for messages: ``node 3 (x=0.5, y=1)``."""
+        column_x, row_y = self.node_x[node], self.node_y[node]
+        return f"node {node} (x={column_x:g}, y={row_y:g})"
+
+    def __repr__(self) -> str:
+        rows, columns = self.shape
+        return (
+            f"Lattice({self.size} node{'s' if self.size != 1 else ''} in {rows} x {columns}, spacing={self.spacing:g})"
+        )

@@ -1,0 +1,1 @@
+"""Formats: case files, the data files that they name, and datasets."""

@@ -1,0 +1,1 @@
+"""Our own numerics, which know nothing of problems, backends and judges."""

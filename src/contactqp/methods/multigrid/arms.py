@@ -1,0 +1,158 @@
+"""Arms: the nodes of a lattice laid out for compiled passes, and its coarser versions."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+
+from ...algebra.stencil import Stencil
+from ...foundation.checks import Mask
+from ...geometry.numbering import Grid, Layout, bounding_box
+
+ArmStiffness: TypeAlias = "float | Grid"
+
+_ANISOTROPY = 3.0
+"""A direction with arms this many times stiffer than the other's is coarsened alone (semicoarsening)."""
+
+_SMALLEST = 9
+"""Nets of up to this many points are not coarsened."""
+
+
+class Arms:
+    """Where the nodes are, and how stiff the arms between them.
+
+    Parameters
+    ----------
+    layout : Layout
+    across, along : float or array
+        Stiffness of the arms along rows, shape (rows, columns + 1), and along columns, shape (rows + 1, columns).
+    """
+
+    def __init__(self, layout: Layout, across: ArmStiffness, along: ArmStiffness) -> None:
+        self.layout = layout
+        self.rows, self.columns = layout.rows, layout.columns
+        self.across, self.along = across, along
+        self.typical_arms = _typical(across), _typical(along)
+        self.row_coarsening, self.column_coarsening = coarsening(self.rows, self.columns, *self.typical_arms)
+
+    @cached_property
+    def reach(self) -> float:
+        """Bound of the gap's error per unit of force out of balance: that of the best parabola on a rectangle."""
+        across, along = _least(self.across), _least(self.along)
+        square_x, square_y = (self.columns + 1) ** 2, (self.rows + 1) ** 2
+        candidates = [(square_x + square_y, across + along), (square_x, across), (square_y, along)]
+        return float(min(square / (8 * arms) for square, arms in candidates if arms > 0))
+
+    @cached_property
+    def stiffest(self) -> float:
+        """Bound of the diagonal of G."""
+        return float(sum(2.0 * np.max(arms) for arms in (self.across, self.along)))
+
+    @property
+    def varying(self) -> bool:
+        """Whether the arms differ."""
+        return not isinstance(self.across, float)
+
+    def resistance(self, grid: Grid) -> Grid:
+        """Return G times a vector on the net, shape (rows, columns); to be used at nodes only."""
+        own = grid[1:-1, 1:-1]
+        across, along = self.across, self.along
+        west, east = (across, across) if isinstance(across, float) else (across[:, :-1], across[:, 1:])
+        south, north = (along, along) if isinstance(along, float) else (along[:-1], along[1:])
+        force = west * (own - grid[1:-1, :-2]) + east * (own - grid[1:-1, 2:])
+        return np.asarray(force + (south * (own - grid[:-2, 1:-1]) + north * (own - grid[2:, 1:-1])))
+
+    def coarse_shape(self) -> tuple[int, int]:
+        """Return rows and columns of the next coarser net."""
+        return self.rows // self.row_coarsening, self.columns // self.column_coarsening
+
+    def coarser(self) -> Arms | None:
+        """Return the net of every second node (see `coarsening`); None if it would be no coarser or hold no node."""
+        if self.row_coarsening * self.column_coarsening == 1:
+            return None
+        down, right = self.row_coarsening, self.column_coarsening
+        rows, columns = self.coarse_shape()
+        mask = self.layout.mask[down - 1 :: down, right - 1 :: right][:rows, :columns]
+        supported = self.layout.supported
+        if supported is not None:
+            supported = supported[down - 1 :: down, right - 1 :: right][:rows, :columns]
+        across, along = self.across, self.along
+        if isinstance(across, float) and isinstance(along, float):
+            return Arms(Layout(mask, supported), across * down / right, along * right / down) if mask.any() else None
+        return _coarser_varying(self, mask, supported)
+
+
+def coarsening(rows: int, columns: int, across: float, along: float) -> tuple[int, int]:
+    """Return by how much to coarsen rows and columns: 2, or 1 in the direction of far weaker arms.
+
+    Both are 1 for a net that is small enough.
+    """
+    if rows * columns <= _SMALLEST:
+        return 1, 1
+    down = 2 if rows > 1 and along * _ANISOTROPY >= across else 1
+    right = 2 if columns > 1 and across * _ANISOTROPY >= along else 1
+    if down * right == 1:
+        return (2, 1) if rows > 1 else (1, 2)
+    return down, right
+
+
+def _typical(arms: ArmStiffness) -> float:
+    if isinstance(arms, float):
+        return arms
+    used = np.count_nonzero(arms)
+    return float(arms.sum() / used) if used else 0.0
+
+
+def _least(arms: ArmStiffness) -> float:
+    if isinstance(arms, float):
+        return arms
+    positive = arms[arms > 0]
+    return float(positive.min()) if positive.size else 0.0
+
+
+def _coarser_varying(net: Arms, mask: Mask, supported: Mask | None) -> Arms | None:
+    """Join the arms between two coarse nodes in series, and count them once for each row they stand for."""
+    across, along = np.asarray(net.across), np.asarray(net.along)
+    down, right = net.row_coarsening, net.column_coarsening
+    rows, columns = mask.shape
+    own_rows = across[down - 1 :: down][:rows]
+    own_columns = along[:, right - 1 :: right][:, :columns]
+    coarse_across = down * _series(own_rows.T, right, columns + 1).T
+    coarse_along = right * _series(own_columns, down, rows + 1)
+    held = (coarse_across[:, :-1] + coarse_across[:, 1:]) + (coarse_along[:-1] + coarse_along[1:])
+    mask = mask & (held > 0)
+    if not mask.any():
+        return None
+    return Arms(Layout(mask, supported), np.ascontiguousarray(coarse_across), np.ascontiguousarray(coarse_along))
+
+
+def _series(arms: Grid, count: int, wanted: int) -> Grid:
+    """Return the stiffness of ``count`` successive arms (rows of the array) in series, ``wanted`` of them."""
+    if count == 1:
+        return arms[:wanted].copy()
+    padded = np.vstack([arms, arms[-1:]])[: 2 * wanted]
+    first, second = padded[0::2], padded[1::2]
+    total = first + second
+    return np.asarray(first * np.divide(second, total, out=np.zeros_like(total), where=total > 0))
+
+
+def arms_of(stencil: Stencil, layout: Layout) -> Arms:
+    """Return the net of a lattice's arms."""
+    if stencil.uniform:
+        return Arms(layout, float(stencil.horizontal), float(stencil.vertical))
+    box_rows, box_columns = bounding_box(stencil.mask)
+    across = np.broadcast_to(stencil.horizontal, (stencil.mask.shape[0], stencil.mask.shape[1] + 1))
+    along = np.broadcast_to(stencil.vertical, (stencil.mask.shape[0] + 1, stencil.mask.shape[1]))
+    across = across[box_rows, box_columns.start : box_columns.stop + 1]
+    along = along[box_rows.start : box_rows.stop + 1, box_columns]
+    return Arms(layout, *_joined_to_nodes(layout, across, along))
+
+
+def _joined_to_nodes(layout: Layout, across: Grid, along: Grid) -> tuple[Grid, Grid]:
+    """Return the arms with those between two frame points set to zero, so that they do not count for anything."""
+    point = np.pad(layout.mask, 1)
+    used_across = point[1:-1, :-1] | point[1:-1, 1:]
+    used_along = point[:-1, 1:-1] | point[1:, 1:-1]
+    return np.where(used_across, across, 0.0), np.where(used_along, along, 0.0)

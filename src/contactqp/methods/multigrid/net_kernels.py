@@ -1,0 +1,284 @@
+"""Compiled passes over the finest net.
+
+Arrays have a ring of frame points about the net. ``runs`` lists (row, first column, one past the last, number of the
+first node, 1 where there is a support and 0 elsewhere) of nodes that follow each other in a row; ``row_start[i]`` is
+the first run of row i. ``across`` and ``along`` are the stiffnesses of the arms along a row and along a column: numbers
+where all are equal, else arrays, ``across[i - 1, j - 1]`` west and ``along[i - 1, j - 1]`` south of the point [i, j].
+
+A kernel works on the rows, or coarse rows, [lo, hi), so that threads can share a pass. No certificate rests on these
+kernels, so they may contract products and sums.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit, types
+from numba.extending import overload
+
+from ...geometry.numbering_kernels import GRID, RUNS
+
+_FAST = {"contract", "nsz", "nnan"}
+
+
+def _arm(arms: Any, i: int, j: int) -> float:
+    """Return one arm's stiffness, for arms that are equal (a number) or not (an array)."""
+    return float(arms if np.ndim(arms) == 0 else arms[i, j])
+
+
+@overload(_arm, inline="always")
+def _compiled_arm(arms, i, j):  # type: ignore[no-untyped-def]
+    if isinstance(arms, types.Float):
+        return lambda arms, i, j: arms
+    return lambda arms, i, j: arms[i, j]
+
+
+@njit(error_model="numpy", fastmath=_FAST)
+def _relax_row(omega, q, across, along, runs, row_start, i, colour, buffer):  # type: ignore[no-untyped-def]
+    """Relax the nodes of row i whose row + column + colour is even, by projected Gauss-Seidel.
+
+    The whole row is computed, contiguously, and then blended with the old one: twice the arithmetic, but in vectors.
+    """
+    for run in range(row_start[i], row_start[i + 1]):
+        first, last = runs[run, 1], runs[run, 2]
+        own, drive = omega[i, first:last], q[i, first:last]
+        west, east = omega[i, first - 1 : last - 1], omega[i, first + 1 : last + 1]
+        south, north = omega[i - 1, first:last], omega[i + 1, first:last]
+        odd = (i + first + colour) & 1
+        lower = 0.0 if runs[run, 4] else -np.inf
+        for k in range(last - first):
+            j = first + k
+            w, e = _arm(across, i - 1, j - 1), _arm(across, i - 1, j)
+            s, n = _arm(along, i - 1, j - 1), _arm(along, i, j - 1)
+            pull = w * west[k] + e * east[k] + s * south[k] + n * north[k] - drive[k]
+            relaxed = max(lower, pull * (1.0 / (w + e + s + n)))
+            buffer[k] = own[k] if (k + odd) & 1 else relaxed
+        for k in range(last - first):
+            own[k] = buffer[k]
+
+
+def _sweep(omega, q, across, along, runs, row_start, begin, count, lo, hi):  # type: ignore[no-untyped-def]
+    """Do ``count`` half-sweeps of projected Gauss-Seidel from number ``begin`` on, even red and odd black, on [lo, hi).
+
+    Each follows the one before a row behind, while the rows are in the cache. A half-sweep of a row needs the one
+    before on both neighbouring rows; the k-th of the rows within k of a border to another strip is left out,
+    therefore, and has to be done when both strips have come so far.
+    """
+    buffer = np.empty(omega.shape[1])
+    last_row = omega.shape[0] - 2
+    for front in range(lo, hi + count - 1):
+        for k in range(count):
+            i = front - k
+            if i < lo or i >= hi:
+                continue
+            if (i - lo >= k or lo == 1) and (hi - 1 - i >= k or hi == last_row + 1):
+                _relax_row(omega, q, across, along, runs, row_start, i, (begin + k) & 1, buffer)
+
+
+@njit(error_model="numpy", fastmath=_FAST)
+def _restrict_row(row, coarse, coarsening, weight):  # type: ignore[no-untyped-def]
+    """Add ``weight`` times a restricted row to ``coarse``."""
+    if coarsening == 1:
+        for j in range(1, coarse.size - 1):
+            coarse[j] += weight * row[j]
+    else:
+        for j in range(1, coarse.size - 1):
+            coarse[j] += weight * (row[2 * j] + 0.5 * (row[2 * j - 1] + row[2 * j + 1]))
+
+
+def _restrict_residual(  # type: ignore[no-untyped-def]
+    omega, q, across, along, runs, row_start, active, changed, coarse, row_coarsening, column_coarsening, slope, lo, hi
+):
+    """Restrict -R of the active nodes, those with ω > 0 or no support, to the coarse rows [lo, hi).
+
+    Returns how many nodes became active or ceased to be since ``active`` was written last, and the largest
+    max(-R, min(R, slope ω)), or |R| where there is no support. Rows with such nodes are marked in ``changed``.
+    """
+    row = np.zeros(omega.shape[1])
+    changes = 0
+    worst = 0.0
+    coarse[lo:hi] = 0.0
+    reach = row_coarsening - 1
+    rows, last_row = omega.shape[0] - 2, row_coarsening * (hi - 1) + reach
+    first_own = row_coarsening * lo - reach if lo == 1 else row_coarsening * lo
+    for i in range(row_coarsening * lo - reach, min(last_row, rows) + 1):
+        row[:] = 0.0
+        before = changes
+        for run in range(row_start[i], row_start[i + 1]):
+            first, last = runs[run, 1], runs[run, 2]
+            own, drive = omega[i, first:last], q[i, first:last]
+            west, east = omega[i, first - 1 : last - 1], omega[i, first + 1 : last + 1]
+            south, north = omega[i - 1, first:last], omega[i + 1, first:last]
+            out = row[first:last]
+            for k in range(last - first):
+                j = first + k
+                # Differences keep the digits that products with the diagonal would lose.
+                horizontal = _arm(across, i - 1, j - 1) * (own[k] - west[k]) + _arm(across, i - 1, j) * (
+                    own[k] - east[k]
+                )
+                vertical = _arm(along, i - 1, j - 1) * (own[k] - south[k]) + _arm(along, i, j - 1) * (own[k] - north[k])
+                out[k] = -((horizontal + vertical) + drive[k])
+            if i >= first_own:
+                flags = active[i, first:last]
+                if runs[run, 4]:
+                    for k in range(last - first):
+                        flag = np.uint8(own[k] > 0.0)
+                        changes += flag != flags[k]
+                        flags[k] = flag
+                    for k in range(last - first):
+                        worst = max(worst, max(out[k], min(-out[k], slope * own[k])))
+                else:
+                    for k in range(last - first):
+                        changes += flags[k] != 1
+                        flags[k] = 1
+                        worst = max(worst, abs(out[k]))
+            if runs[run, 4]:
+                for k in range(last - first):
+                    out[k] = out[k] if own[k] > 0.0 else 0.0
+        if changes > before:
+            changed[i] = 1
+        if row_coarsening == 1:
+            _restrict_row(row, coarse[i], column_coarsening, 1.0)
+        elif i % 2 == 0:
+            _restrict_row(row, coarse[i // 2], column_coarsening, 1.0)
+        else:
+            if i // 2 >= lo:
+                _restrict_row(row, coarse[i // 2], column_coarsening, 0.5)
+            if i // 2 + 1 < hi:
+                _restrict_row(row, coarse[i // 2 + 1], column_coarsening, 0.5)
+    return changes, worst
+
+
+@njit(error_model="numpy", fastmath=_FAST)
+def _expand_row(coarse, i, row_coarsening, column_coarsening, row):  # type: ignore[no-untyped-def]
+    """Interpolate the fine row i bilinearly from the coarse net."""
+    below = coarse[i // row_coarsening]
+    above = coarse[min((i + row_coarsening - 1) // row_coarsening, coarse.shape[0] - 1)]
+    last = below.size - 1
+    if column_coarsening == 1:
+        for j in range(min(row.size, below.size)):
+            row[j] = 0.5 * (below[j] + above[j])
+    else:
+        for j in range(1, last + 1):
+            here = 0.5 * (below[j] + above[j])
+            row[2 * j - 1] = 0.5 * (here + 0.5 * (below[j - 1] + above[j - 1]))
+            if 2 * j < row.size:
+                row[2 * j] = here
+
+
+def _correct(omega, corrected, coarse, row_coarsening, column_coarsening, runs, row_start, lo, hi):  # type: ignore[no-untyped-def]
+    """Write max(0, ω + interpolated correction) of the active nodes; return how many corrections were cut short."""
+    row = np.zeros(omega.shape[1])
+    cut = 0
+    for i in range(lo, hi):
+        _expand_row(coarse, i, row_coarsening, column_coarsening, row)
+        for run in range(row_start[i], row_start[i + 1]):
+            first, last = runs[run, 1], runs[run, 2]
+            old, new, step = omega[i, first:last], corrected[i, first:last], row[first:last]
+            if runs[run, 4]:
+                for k in range(last - first):
+                    wanted = old[k] + step[k]
+                    cut += (wanted < 0.0) & (old[k] > 0.0)
+                    new[k] = max(wanted, 0.0) if old[k] > 0.0 else 0.0
+            else:
+                for k in range(last - first):
+                    new[k] = old[k] + step[k]
+    return cut
+
+
+def _energy_slope(omega, corrected, q, across, along, runs, row_start, lo, hi):  # type: ignore[no-untyped-def]
+    """Return d·R and d·Gd of the step d = corrected - ω: the energy changes by α d·R + ½ α² d·Gd along α d."""
+    slope = curvature = 0.0
+    for run in range(row_start[lo], row_start[hi]):
+        i, first, last = runs[run, 0], runs[run, 1], runs[run, 2]
+        for j in range(first, last):
+            step = corrected[i, j] - omega[i, j]
+            if step == 0.0:
+                continue
+            reaction, change = q[i, j], 0.0
+            for k in range(4):
+                if k == 0:
+                    arm, a, b = _arm(across, i - 1, j - 1), i, j - 1
+                elif k == 1:
+                    arm, a, b = _arm(across, i - 1, j), i, j + 1
+                elif k == 2:
+                    arm, a, b = _arm(along, i - 1, j - 1), i - 1, j
+                else:
+                    arm, a, b = _arm(along, i, j - 1), i + 1, j
+                reaction += arm * (omega[i, j] - omega[a, b])
+                change += arm * (step - (corrected[a, b] - omega[a, b]))
+            slope += step * reaction
+            curvature += step * change
+    return slope, curvature
+
+
+@njit(
+    [
+        f"void({GRID}, {GRID}, {GRID}, int64, int64, {RUNS}, int64[::1], int64, int64)",
+    ],
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def start_from_coarse(  # type: ignore[no-untyped-def]
+    omega, height, coarse, row_coarsening, column_coarsening, runs, row_start, lo, hi
+):
+    """Write ω = max(0, height - interpolated coarse deflection); without a support, the difference itself."""
+    row = np.zeros(omega.shape[1])
+    for i in range(lo, hi):
+        _expand_row(coarse, i, row_coarsening, column_coarsening, row)
+        for run in range(row_start[i], row_start[i + 1]):
+            lower = 0.0 if runs[run, 4] else -np.inf
+            for j in range(runs[run, 1], runs[run, 2]):
+                omega[i, j] = max(lower, height[i, j] - row[j])
+
+
+class NetKernels(NamedTuple):
+    """The passes over the net, compiled for equal or for varying arms."""
+
+    sweep: Any
+    energy_slope: Any
+
+
+class ExchangeKernels(NamedTuple):
+    """The passes between the net and the first coarse level, compiled."""
+
+    restrict_residual: Any
+    correct: Any
+
+
+@cache
+def net_kernels(varying: bool) -> NetKernels:
+    """Compile the passes for equal or varying arms, or load them."""
+    problem = _problem(varying)
+    return NetKernels(
+        sweep=_compiled(_sweep, f"void({problem}, int64, int64, int64, int64)"),
+        energy_slope=_compiled(_energy_slope, f"UniTuple(float64, 2)({GRID}, {problem}, int64, int64)"),
+    )
+
+
+@cache
+def exchange_kernels(varying: bool, coarser: str) -> ExchangeKernels:
+    """Compile the passes for equal or varying arms and vectors of "float32" or "float64" below, or load them."""
+    coarse, exchange = f"{coarser}[:, ::1]", "int64, int64, float64, int64, int64"
+    return ExchangeKernels(
+        restrict_residual=_compiled(
+            _restrict_residual,
+            f"Tuple((int64, float64))({_problem(varying)}, uint8[:, ::1], uint8[::1], {coarse}, {exchange})",
+        ),
+        correct=_compiled(_correct, f"int64({GRID}, {GRID}, {coarse}, int64, int64, {_PLACE}, int64, int64)"),
+    )
+
+
+_PLACE = f"{RUNS}, int64[::1]"
+
+
+def _problem(varying: bool) -> str:
+    arms = GRID if varying else "float64"
+    return f"{GRID}, {GRID}, {arms}, {arms}, {_PLACE}"
+
+
+def _compiled(function: Any, signature: str) -> Any:
+    return njit(signature, cache=True, nogil=True, error_model="numpy", fastmath=_FAST)(function)

@@ -1,0 +1,1 @@
+"""Models of contact: nodes held by tension over a support, posed as a `ContactQP`."""

@@ -1,0 +1,201 @@
+"""What models of contact have in common: nodes held by tension over a support, posed as a `ContactQP`."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..foundation.checks import Mask, Vector, read_only
+from ..geometry.numbering import Grid
+from ..problem.barrier import Barrier
+from ..problem.contact_qp import ContactQP
+
+
+@dataclass(frozen=True)
+class ForceBalance:
+    """Resultants on the nodes, all vertical (force).
+
+    Attributes
+    ----------
+    load : float
+        ΣP, downwards.
+    reaction : float
+        ΣR, upwards, of the support.
+    frame : float
+        Pull of the frame through the arms that end on it, upwards.
+    """
+
+    load: float
+    reaction: float
+    frame: float
+
+    @property
+    def imbalance(self) -> float:
+        """ΣP - ΣR - frame: zero but for rounding."""
+        return self.load - self.reaction - self.frame
+
+
+_LEAST_DEPTH = 1e-6
+"""The gap scale is at least this part of the unsupported deflection: a shallower support counts as flat."""
+
+
+class ContactModel(ABC):
+    """Nodes that tensioned arms join to each other and to a frame, over a rigid support.
+
+    Base of all models. One knows its nodes, loads and support, and the force with which its arms resist a shape;
+    everything else follows.
+
+    Attributes
+    ----------
+    load : array, shape (n,)
+        Active load at the nodes, positive downwards, in the unit that `units` tells.
+    support : array, shape (n,)
+        Ordinate of the rigid profile at the nodes, positive downwards (length); +inf where there is none.
+    node_area : float or None
+        Area (cable: length) that a node stands for; None if nodes stand for none.
+    """
+
+    load: Vector
+    support: Vector
+    node_area: float | None = None
+    _datum: float = 0.0
+    """Mean height of the frame (length)."""
+
+    @property
+    @abstractmethod
+    def nodal_load(self) -> Vector:
+        """Active force P on each node (force), shape (n,)."""
+
+    @property
+    @abstractmethod
+    def node_x(self) -> Vector:
+        """Abscissa of each node, shape (n,), length."""
+
+    @property
+    @abstractmethod
+    def node_y(self) -> Vector:
+        """Ordinate of each node in plan, shape (n,), length."""
+
+    @abstractmethod
+    def describe(self, node: int) -> str:
+        """Name a node by its number and coordinates, for messages."""
+
+    @abstractmethod
+    def max_slope(self, gap: Vector) -> float:
+        """Return the largest difference quotient of the deflection along any arm (no unit)."""
+
+    @abstractmethod
+    def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
+        """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
+
+    @property
+    @abstractmethod
+    def units(self) -> dict[str, str]:
+        """Units of the model's quantities in words, by name."""
+
+    @abstractmethod
+    def _stiffness(self) -> Any:
+        """Return G, as a `ContactQP` takes it."""
+
+    @abstractmethod
+    def _pull(self, heights: Vector) -> Vector:
+        """Return the force with which the arms resist ordinates of the nodes, the frame being where it is.
+
+        It must be formed from differences of heights, so that a common height costs no digits.
+        """
+
+    @abstractmethod
+    def _frame_relief(self) -> float:
+        """Return how far the frame leaves its mean height at most (length)."""
+
+    def _frame_grid(self) -> Grid | None:
+        """Return the frame's ordinates from its mean height for a stencil, or None if they are zero."""
+        return None
+
+    def area_of_node(self, attribute: str) -> float:
+        """Return `node_area` for an attribute that needs it; an AttributeError names that where there is none."""
+        if self.node_area is None:
+            raise AttributeError(
+                f"{attribute} needs a Membrane or a Cable; the nodes of {self!r} stand for no area, "
+                "so there is the reaction only"
+            )
+        return self.node_area
+
+    @property
+    def size(self) -> int:
+        """Number of nodes n."""
+        return self.support.size
+
+    @cached_property
+    def supported(self) -> Mask:
+        """Where there is a support, shape (n,)."""
+        return read_only(np.isfinite(self.support))
+
+    @property
+    def reference(self) -> Vector:
+        """Ordinates that the gap is measured from: the support, and the frame's mean height where there is none."""
+        return self.support if self.supported.all() else np.where(self.supported, self.support, self._datum)
+
+    @property
+    def height_scale(self) -> float:
+        """Largest modulus of the ordinates that the gap and the frame are measured from (length)."""
+        return float(np.abs(self.reference).max()) + abs(self._datum) + self._frame_relief()
+
+    @cached_property
+    def problem(self) -> ContactQP:
+        """The contact problem: q = P + b - G f, with b the pull of a frame that is not at height zero."""
+        q = self.nodal_load - self._pull(self.reference)
+        problem = ContactQP(self._stiffness(), q, supported=self.supported)
+        problem._gap_scale = self._gap_scale(problem.barrier)
+        problem.reference = self.reference - self._datum if self._datum else self.reference
+        problem.frame_reference = self._frame_grid()
+        return problem
+
+    def _gap_scale(self, barrier: Barrier | None) -> float | None:
+        """Return the length by which tolerances are measured, or None if the model has no length of its own.
+
+        An error of the gap is one of the deflection w, so its scale is that of w. Above, w is bounded by the support
+        and by the deflection without one; below, by that under suction alone and by the highest summit: of these
+        bounds the mean is taken, ordinates being measured from the frame's mean height. The unsupported deflection is
+        bounded by the barrier.
+        """
+        if barrier is None:
+            return None
+        down = barrier.mean_deflection(np.maximum(self.nodal_load, 0.0)) * barrier.v / barrier.v.mean()
+        suction = barrier.mean_deflection(np.maximum(-self.nodal_load, 0.0))
+        depth = self.support - self._datum
+        reachable = float(np.minimum(np.maximum(depth, 0.0), down + self._frame_relief()).mean())
+        summit = max(0.0, -float(depth.min()))
+        return max(reachable + suction + summit, _LEAST_DEPTH * float(down.mean())) or None
+
+    def deflection(self, gap: Vector) -> Vector:
+        """Return w = f - ω (length, positive downwards); without a support the frame's mean height stands for f."""
+        return np.asarray(self.reference - gap)
+
+    def force_balance(self, gap: Vector) -> ForceBalance:
+        """Return the resultants of load, support and frame for a gap vector."""
+        return ForceBalance(
+            load=float(self.nodal_load.sum()),
+            reaction=float(self.problem.reaction(gap).sum()),
+            frame=float(self._pull(self.deflection(gap)).sum()),
+        )
+
+
+def split(problem: ContactQP | ContactModel) -> tuple[ContactModel | None, ContactQP]:
+    """Return the model, None for a bare problem, and its contact problem.
+
+    Raises
+    ------
+    TypeError
+        If it is neither.
+    """
+    if isinstance(problem, ContactModel):
+        return problem, problem.problem
+    if isinstance(problem, ContactQP):
+        return None, problem
+    raise TypeError(f"problem must be a Membrane, a Cable, a CableNet or a ContactQP, got {type(problem).__name__}")

@@ -1,0 +1,168 @@
+"""Cable: stretched between fixed ends, in the vicinity of rigid ground."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..foundation.checks import finite_number, integer_at_least, positive_number
+from ..geometry.lattice import Lattice
+from .on_lattice import LatticeModel
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .records import Answered
+
+
+class Cable(LatticeModel):
+    r"""A cable of constant tension over a smooth, rigid support.
+
+    -T w″ = p - ρ between fixed ends; three-point differences give G = (T/Δ) tridiag(-1, 2, -1), P = pΔ, and the same
+    complementarity problem as for a membrane.
+
+    Parameters
+    ----------
+    span : float, optional
+        Distance of the ends (length), a whole multiple of the spacing. Give ``span`` or ``nodes``.
+    nodes : int, optional
+        Number of nodes between the ends: span = (nodes + 1) spacing.
+    spacing : float
+        Δ, distance of neighbouring nodes (length), > 0.
+    tension : float
+        T, force, > 0.
+    load : number, array or function of x
+        Active load p, positive downwards, force per length. A function of (x, y) gets y = 0.
+    support : number, array or function of x
+        Ordinate f of the ground, positive downwards, length; ``inf`` where there is none.
+    frame_height : number or function of x
+        Ordinates of the ends, positive downwards, length.
+    start : float
+        Abscissa of the left end (length).
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has the wrong kind, shape or range; the message names it.
+
+    Attributes
+    ----------
+    start : float
+        Abscissa of the left end (length).
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> cable = cq.Cable(span=10.0, spacing=1.0, tension=1.0, load=1.0, support=2.0)
+    >>> cable
+    Cable(9 nodes, spacing=1, tension=1)
+    >>> cq.solve(cable, backend="clarabel").contact.nonzero()[0] + 1
+    array([2, 3, 4, 5, 6, 7, 8])
+    """
+
+    _load_unit = "force per length"
+    _pressure_unit = "force per length"
+
+    def __init__(
+        self,
+        span: float | None = None,
+        nodes: int | None = None,
+        *,
+        spacing: float,
+        tension: float,
+        load: Any,
+        support: Any,
+        frame_height: Any = 0.0,
+        start: float = 0.0,
+    ) -> None:
+        spacing = positive_number(spacing, "spacing")
+        tension = positive_number(tension, "tension")
+        self.start = start = finite_number(start, "start")
+        count = _node_count(span, nodes, spacing)
+        lattice = Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
+        load, support, frame_height = (_along_x(field) for field in (load, support, frame_height))
+        super().__init__(lattice, tension, load, support, frame_height, area=spacing, arms=(tension / spacing, 0.0))
+
+    @property
+    def span(self) -> float:
+        """Distance of the ends (length)."""
+        return self.lattice.spacing * (self.lattice.size + 1)
+
+    def spans(self, solution: Answered) -> pd.DataFrame:
+        """Return the cable's free spans and contact stretches in turn, from the left end to the right.
+
+        A touchdown lies somewhere between a node in contact and a free one beside it, and is reported at the node in
+        contact: a contact stretch goes from its first node to its last one, and a free span, which has one free node
+        or more, from node in contact to node in contact, or to the cable's end. So the rows meet; only where a node in
+        contact is next to the cable's end, nothing is told of the arm between them.
+
+        Parameters
+        ----------
+        solution : Solution
+            An answer for this cable, by any backend.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row each, with the columns
+
+            * kind: "free" or "contact", by ``solution.contact``;
+            * start, end, length: abscissae of the row's ends, and their distance (length); a point contact has none;
+            * nodes: how many are free (in contact);
+            * largest_gap, largest_gap_at: of the nodes over a support, and its abscissa (length); nan in contact;
+            * sag: how far a free span hangs below the chord of its ends at most (length); nan in contact;
+            * largest_slope: of the arms between start and end, without sign; nan for a point contact;
+            * reaction: the sum of R over the nodes in contact, at a point contact that of the one (force);
+            * reaction_lower, reaction_upper: bounds of the true sum (force); nan without a certificate;
+            * certain: whether the certificate proves both ends: the outermost nodes of the row, and the nodes beyond
+              them, are as told;
+            * undecided: how many nodes of the row may be either; all without a certificate.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no solution, of another model, or holds no finite answer.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> cable, _ = cq.gallery.cable_on_floor(nodes=19, contact_starts_after=4)
+        >>> cable.spans(cq.solve(cable))[["kind", "start", "end", "sag", "reaction", "certain"]].round(9)
+              kind  start   end  sag  reaction  certain
+        0     free    0.0   4.0  2.0       0.0     True
+        1  contact    4.0  16.0  NaN      12.0     True
+        2     free   16.0  20.0  2.0       0.0     True
+        """
+        from .spans import spans_of
+
+        return spans_of(self, (self.start, self.start + self.span), solution)
+
+
+def _node_count(span: float | None, nodes: int | None, spacing: float) -> int:
+    if (span is None) == (nodes is None):
+        raise ValueError(f"give either span or nodes, got span={span!r}, nodes={nodes!r}")
+    if nodes is not None:
+        return integer_at_least(nodes, 1, "nodes")
+    ratio = positive_number(span, "span") / spacing
+    if abs(ratio - round(ratio)) > 1e-9 * ratio or round(ratio) < 2:
+        raise ValueError(
+            f"span must be a whole multiple (2 or more) of the spacing, got {span:g} / {spacing:g} = {ratio:.12g}"
+        )
+    return round(ratio) - 1
+
+
+def _along_x(field: Any) -> Any:
+    """Let a function of x alone stand for one of (x, y); leave everything else as it is."""
+    if not callable(field):
+        return field
+    import inspect
+
+    try:
+        parameters = inspect.signature(field).parameters.values()
+    except ValueError:  # builtins without a signature, such as numpy's ufuncs, take x
+        return lambda x, y: field(x)
+    required = [
+        p for p in parameters if p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)
+    ]
+    return field if len(required) == 2 else lambda x, y: field(x)

@@ -1,0 +1,409 @@
+"""Cable net: tensioned segments between points anywhere in plan, in the vicinity of a rigid support."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..algebra.stencil import Stencil
+from ..foundation.checks import Mask, Vector, positive_number, read_only, real_array, refuse_non_finite
+from ..geometry.fields import Field, checked, evaluated, frame_heights, is_function, sample
+from ..geometry.lattice import Lattice
+from .base import ContactModel
+from .cable_net_arguments import (
+    Numbers,
+    checked_positions,
+    checked_segments,
+    each_positive,
+    fixed_mask,
+    name_segment,
+    refuse_overflow,
+)
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+
+class CableNet(ContactModel):
+    r"""A net of tensioned segments between points, any graph, over a smooth, rigid support.
+
+    The horizontal tension S of a segment of plan length ℓ is constant, slopes are small, and there is no friction: a
+    segment pulls its ends together by S/ℓ, its force density, times their difference in height. So G has the sum of the
+    force densities of a node's segments on its diagonal, and minus that of the segment between two nodes beside it;
+    R = Gω + q with q = P + b - Gf as for a membrane. Points are either fixed, as a frame is, or nodes, which are the
+    unknowns; vectors are in the order of the nodes' numbers among the points.
+
+    Nodes stay where they are in plan: that takes horizontal forces in balance, `plan_imbalance` zero, or guides that
+    supply the rest. `plan_in_equilibrium` moves nodes to where force densities are in balance, by Schek, *The force
+    density method for form finding and computation of general networks*, Comput. Methods Appl. Mech. Engrg. 3 (1974).
+
+    Parameters
+    ----------
+    positions : array, shape (points, 2)
+        Plan coordinates x, y of all points (length).
+    segments : array of int, shape (segments, 2)
+        Numbers of the two points that each segment joins. One between two fixed points has no effect.
+    tension : float or array, shape (segments,)
+        S, horizontal force in each segment, > 0. Give ``tension`` or ``force_density``.
+    force_density : float or array, shape (segments,)
+        S/ℓ, force per length, > 0.
+    load : number, array or function of (x, y)
+        Active force P on each node, positive downwards (force). An array has an entry for each node, or for each point.
+    support : number, array or function of (x, y)
+        Ordinate f of the rigid profile at the nodes, positive downwards (length); ``inf`` where there is none. The
+        segments themselves touch nothing.
+    fixed : array of int or of bool
+        Numbers of the points that are fixed, or a mask of shape (points,).
+    fixed_height : number, array or function of (x, y)
+        Ordinates of the fixed points, positive downwards (length). An array has an entry for each fixed point in the
+        order of their numbers, or for each point.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has the wrong kind, shape or range, a segment has no length or is given twice, or a part of the
+        net has no fixed point; the message names it.
+
+    Attributes
+    ----------
+    positions, segments : array
+        As given, read-only.
+    length, tension, force_density : array, shape (segments,)
+        ℓ, S and S/ℓ.
+    free, fixed : array of int
+        Numbers of the nodes, shape (n,), and of the fixed points, ascending.
+    load : array, shape (n,)
+        P (force).
+
+    Examples
+    --------
+    Four segments of tension 2 hold a node; it comes down on a support 0.1 below their plane:
+
+    >>> import contactqp as cq
+    >>> net = cq.CableNet(
+    ...     [[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1]],
+    ...     [[0, 1], [0, 2], [0, 3], [0, 4]],
+    ...     tension=2.0,
+    ...     load=1.0,
+    ...     support=0.1,
+    ...     fixed=[1, 2, 3, 4],
+    ... )
+    >>> net
+    CableNet(1 node, 4 segments, 4 fixed points)
+    >>> cq.solve(net).reaction.round(12)
+    array([0.2])
+    """
+
+    def __init__(
+        self,
+        positions: ArrayLike,
+        segments: ArrayLike,
+        tension: ArrayLike | None = None,
+        *,
+        force_density: ArrayLike | None = None,
+        load: Field,
+        support: Field,
+        fixed: ArrayLike,
+        fixed_height: Field = 0.0,
+    ) -> None:
+        self.positions: Vector = read_only(checked_positions(positions))
+        self.segments: Numbers = read_only(checked_segments(segments, len(self.positions)))
+        self.length: Vector = read_only(self._lengths())
+        if (tension is None) == (force_density is None):
+            raise ValueError("give either tension or force_density" + ("" if tension is None else ", not both"))
+        if force_density is None:
+            self.tension: Vector = read_only(each_positive(tension, len(self.segments), "tension"))
+            with np.errstate(over="ignore", under="ignore"):
+                self.force_density: Vector = read_only(self.tension / self.length)
+        else:
+            self.force_density = read_only(each_positive(force_density, len(self.segments), "force_density"))
+            self.tension = read_only(self.force_density * self.length)
+        refuse_overflow(self.force_density)
+        is_fixed = fixed_mask(fixed, len(self.positions))
+        self.fixed: Numbers = read_only(np.flatnonzero(is_fixed))
+        self.free: Numbers = read_only(np.flatnonzero(~is_fixed))
+        self._number = np.full(len(self.positions), -1, dtype=np.int64)
+        self._number[self.free] = np.arange(self.free.size)
+        self._refuse_floating_parts()
+        self.load: Vector = read_only(np.array(self._at_nodes(load, "load")))
+        self.support: Vector = read_only(np.array(self._at_nodes(support, "support", allow_inf=True)))
+        self.fixed_height: Vector = read_only(np.array(self._at_fixed(fixed_height)))
+        self._frame = self.fixed_height[np.isin(self.fixed, self.segments[self._holding].ravel())]
+        self._datum = float(self._frame.mean())
+
+    @classmethod
+    def orthogonal(
+        cls, lattice: Lattice, tension: float, *, load: Field, support: Field, frame_height: Field = 0.0
+    ) -> CableNet:
+        """Return the net of cables along the rows and columns of a lattice.
+
+        It is the net of orthogonal cables of the paper that contactqp starts from: with S = TΔ and P = pΔ² its G and q
+        are those of the `Membrane`.
+
+        Parameters
+        ----------
+        lattice : Lattice
+            The nodes; the frame points beside them become fixed points, numbered after the nodes.
+        tension : float
+            S, force in each cable, > 0.
+        load : number, array, xarray.DataArray or function of (x, y)
+            Active force P on each node, positive downwards (force); arrays as for a membrane.
+        support : number, array, xarray.DataArray or function of (x, y)
+            As for a membrane.
+        frame_height : number, array or function of (x, y)
+            As for a membrane.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument has the wrong kind, shape or range.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> lattice = cq.Frame.rectangle(4, 4).lattice(spacing=1.0)
+        >>> cq.CableNet.orthogonal(lattice, 1.0, load=1.0, support=0.9)
+        CableNet(9 nodes, 24 segments, 12 fixed points)
+        """
+        if not isinstance(lattice, Lattice):
+            raise TypeError(
+                f"lattice must be a Lattice, got {type(lattice).__name__}; "
+                "make one with Frame.lattice or Lattice.from_mask"
+            )
+        tension = positive_number(tension, "tension")
+        stencil = Stencil(lattice.mask, 1.0, 1.0)
+        nodes, frame = stencil.padded_mask(), stencil.frame_points()
+        number = np.full(nodes.shape, -1, dtype=np.int64)
+        number[nodes] = np.arange(lattice.size)
+        number[frame] = lattice.size + np.arange(np.count_nonzero(frame))
+        heights = frame_heights(lattice, stencil.frame_points(), frame_height)
+        x, y = lattice.ring_coordinates(*np.nonzero(frame))
+        # Rows before columns: a node's forces are then summed as a stencil does, and are the same to the bit.
+        segments = np.concatenate(
+            [_pairs(number[:, :-1], number[:, 1:], lattice.size), _pairs(number[:-1], number[1:], lattice.size)]
+        )
+        return cls(
+            np.column_stack([np.concatenate([lattice.node_x, x]), np.concatenate([lattice.node_y, y])]),
+            segments,
+            force_density=tension / lattice.spacing,
+            load=sample(lattice, load, "load"),
+            support=sample(lattice, support, "support", allow_inf=True),
+            fixed=lattice.size + np.arange(x.size),
+            fixed_height=0.0 if heights is None else heights[frame],
+        )
+
+    @staticmethod
+    def plan_in_equilibrium(
+        positions: ArrayLike, segments: ArrayLike, force_density: ArrayLike, *, fixed: ArrayLike
+    ) -> Vector:
+        """Return the positions at which the horizontal forces of all segments are in balance at every node.
+
+        Parameters
+        ----------
+        positions, segments, force_density, fixed
+            See the class. Nodes may be anywhere but on each other, as their positions are what is sought.
+
+        Returns
+        -------
+        array, shape (points, 2)
+            Plan coordinates (length); those of fixed points as they were.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for the class.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> corners = [[0, 0], [4, 0], [4, 4], [0, 4]]
+        >>> spokes = [[0, 4], [1, 4], [2, 4], [3, 4]]
+        >>> cq.CableNet.plan_in_equilibrium([*corners, [1, 1]], spokes, [1, 1, 3, 3], fixed=[0, 1, 2, 3])[4]
+        array([2., 3.])
+        """
+        from scipy.sparse.linalg import spsolve
+
+        net = CableNet(positions, segments, force_density=force_density, load=0.0, support=0.0, fixed=fixed)
+        moved = np.array(net.positions)
+        moved[net.free] += spsolve(net._stiffness().tocsc(), net.plan_imbalance).reshape(-1, 2)
+        return moved
+
+    @property
+    def plan_imbalance(self) -> Vector:
+        """What the segments' horizontal forces on each node add up to, shape (n, 2), force."""
+        pulled = self.force_density[:, None] * (
+            self.positions[self.segments[:, 1]] - self.positions[self.segments[:, 0]]
+        )
+        return np.column_stack([self._sum_at_nodes(np.column_stack([along, -along]).ravel()) for along in pulled.T])
+
+    @property
+    def nodal_load(self) -> Vector:
+        """Active force P on each node (force), shape (n,)."""
+        return self.load
+
+    @property
+    def node_x(self) -> Vector:
+        """Abscissa of each node, shape (n,), length."""
+        return np.asarray(self.positions[self.free, 0])
+
+    @property
+    def node_y(self) -> Vector:
+        """Ordinate of each node in plan, shape (n,), length."""
+        return np.asarray(self.positions[self.free, 1])
+
+    def describe(self, node: int) -> str:
+        """Name a node by its number, that of its point, and its coordinates: ``node 3 (point 7, x=0.5, y=1)``."""
+        point = int(self.free[node])
+        return f"node {node} (point {point}, x={self.positions[point, 0]:g}, y={self.positions[point, 1]:g})"
+
+    def point_heights(self, heights: Vector) -> Vector:
+        """Return ordinates of all points, shape (points,), from those of the nodes; the fixed ones have their own."""
+        everywhere = np.empty(len(self.positions))
+        everywhere[self.free], everywhere[self.fixed] = heights, self.fixed_height
+        return everywhere
+
+    def max_slope(self, gap: Vector) -> float:
+        """Return the largest slope of a segment that ends on a node (no unit)."""
+        rise = np.abs(self._rises(self.deflection(gap)))
+        return float((rise / self.length).max(where=self._holding, initial=0.0))
+
+    def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
+        """Return the middles of the segments that join a node in contact to one that is not, shape (k, 2), length."""
+        ends = self._number[self.segments]
+        crossing = (ends >= 0).all(axis=1) & (contact[ends[:, 0]] != contact[ends[:, 1]])
+        middles: NDArray[np.float64] = self.positions[self.segments[crossing]].mean(axis=1)
+        return middles
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the model's quantities in words, by name."""
+        return {"gap": "length", "deflection": "length", "support": "length", "reaction": "force", "load": "force"}
+
+    @cached_property
+    def _holding(self) -> Mask:
+        """Segments with a node at one end or both."""
+        return np.asarray((self._number[self.segments] >= 0).any(axis=1))
+
+    def _stiffness(self) -> csr_array:
+        from scipy import sparse
+
+        ends = self._number[self.segments]
+        between = (ends >= 0).all(axis=1)
+        one, other = ends[between].T
+        stiffness = self.force_density[between]
+        with np.errstate(over="ignore"):
+            diagonal = self._sum_at_nodes(np.repeat(self.force_density, 2))
+        nodes = np.arange(self.size)
+        return sparse.coo_array(
+            (
+                np.concatenate([diagonal, -stiffness, -stiffness]),
+                (np.concatenate([nodes, one, other]), np.concatenate([nodes, other, one])),
+            ),
+            shape=(self.size, self.size),
+        ).tocsr()
+
+    def _pull(self, heights: Vector) -> Vector:
+        force = self.force_density * self._rises(heights)
+        return self._sum_at_nodes(np.column_stack([force, -force]).ravel())
+
+    def _rises(self, heights: Vector) -> Vector:
+        """Return for each segment the ordinate of its first end less that of its second one."""
+        everywhere = self.point_heights(heights)
+        return np.asarray(everywhere[self.segments[:, 0]] - everywhere[self.segments[:, 1]])
+
+    def _sum_at_nodes(self, values: Vector) -> Vector:
+        """Return for each node the sum of the values at the segments' ends there, pair by pair.
+
+        ``values`` has those of each segment's two ends in turn.
+        """
+        order, pair_start, node_start = self._ends_by_node
+        pairs = np.add.reduceat(values[order], pair_start)
+        return np.asarray(np.add.reduceat(pairs, node_start))
+
+    @cached_property
+    def _ends_by_node(self) -> tuple[Numbers, Numbers, Numbers]:
+        """The segments' ends at nodes by node, where pairs of them start, and where the nodes' pairs start."""
+        node = self._number[self.segments].ravel()
+        order = np.argsort(node, kind="stable")[np.count_nonzero(node < 0) :]
+        count = np.bincount(node[order], minlength=self.size)
+        start = np.cumsum(count) - count
+        place = np.arange(order.size) - np.repeat(start, count)
+        pairs = (count + 1) // 2
+        return order, np.flatnonzero(place % 2 == 0), np.cumsum(pairs) - pairs
+
+    def _frame_relief(self) -> float:
+        return float(np.abs(self._frame - self._datum).max())
+
+    def _lengths(self) -> Vector:
+        first, second = self.positions[self.segments[:, 0]], self.positions[self.segments[:, 1]]
+        lengths = np.hypot(*(first - second).T)
+        if not lengths.all():
+            k = int(np.argmin(lengths))
+            x, y = first[k]
+            raise ValueError(f"{name_segment(self.segments, k)} has no length: both points lie at ({x:g}, {y:g})")
+        refuse_non_finite(lengths, "the segments' length")
+        return np.asarray(lengths)
+
+    def _refuse_floating_parts(self) -> None:
+        from scipy import sparse
+        from scipy.sparse import csgraph
+
+        points = len(self.positions)
+        ones = np.ones(len(self.segments))
+        count, part = csgraph.connected_components(
+            sparse.coo_array((ones, tuple(self.segments.T)), shape=(points, points)), directed=False
+        )
+        loose = np.bincount(part[self.fixed], minlength=count) == 0
+        if loose.any():
+            point = int(np.flatnonzero(loose[part])[0])
+            x, y = self.positions[point]
+            raise ValueError(
+                f"{int(loose.sum())} part(s) of the net have no fixed point, among them that of point {point} "
+                f"(x={x:g}, y={y:g}); fix a point of each, or join them to the rest"
+            )
+
+    def _at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+        if is_function(field):
+            values = evaluated(field, self.node_x, self.node_y, name)
+        else:
+            values = self._chosen(real_array(field, name), self.free, name)
+        return checked(values, self.free.size, name, self.describe, allow_inf=allow_inf)
+
+    def _at_fixed(self, field: Any) -> Vector:
+        if is_function(field):
+            x, y = self.positions[self.fixed].T
+            values = evaluated(field, x, y, "fixed_height")
+        else:
+            values = self._chosen(real_array(field, "fixed_height"), self.fixed, "fixed_height")
+
+        def describe(k: int) -> str:
+            x, y = self.positions[self.fixed[k]]
+            return f"point {self.fixed[k]} (x={x:g}, y={y:g})"
+
+        return checked(values, self.fixed.size, "fixed_height", describe)
+
+    def _chosen(self, values: Vector, points: Numbers, name: str) -> Vector:
+        """Return the entries of the points, where there is one for every point of the net."""
+        if values.shape == (len(self.positions),):
+            return values[points]
+        if values.shape not in ((), (points.size,)):
+            raise ValueError(
+                f"{name} must be a number or have shape ({points.size},) or ({len(self.positions)},), "
+                f"got {values.shape}"
+            )
+        return values
+
+    def __repr__(self) -> str:
+        unsupported = int(np.count_nonzero(~self.supported))
+        counted = [(self.size, "node"), (len(self.segments), "segment"), (self.fixed.size, "fixed point")]
+        parts = [f"{count} {noun}{'' if count == 1 else 's'}" for count, noun in counted]
+        return f"{type(self).__name__}({', '.join(parts)}{f', {unsupported} unsupported' if unsupported else ''})"
+
+
+def _pairs(one: Numbers, other: Numbers, nodes: int) -> Numbers:
+    """Return the pairs of neighbouring points of which one is a node; those that are no points have number -1."""
+    joined = (one >= 0) & (other >= 0) & ((one < nodes) | (other < nodes))
+    return np.column_stack([one[joined], other[joined]])

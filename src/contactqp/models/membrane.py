@@ -1,0 +1,57 @@
+"""Membrane: stretched over a plane frame, in the vicinity of a rigid profile."""
+
+from __future__ import annotations
+
+from ..foundation.checks import positive_number
+from ..geometry.fields import Field
+from ..geometry.lattice import Lattice
+from .on_lattice import LatticeModel
+
+
+class Membrane(LatticeModel):
+    r"""A membrane of constant tension over a smooth, rigid support.
+
+    Small slopes, no friction: -T∇²w = p - ρ, w ≤ f, ρ ≥ 0, ρ(f - w) = 0, and w given on the frame; eqs. (2.1)-(2.5)
+    of the paper that contactqp starts from. Five-point differences give R = Gω + q with nodal forces R = ρΔ²,
+    P = pΔ² and q = P + b - Gf, eqs. (2.6)-(2.9).
+
+    Parameters
+    ----------
+    lattice : Lattice
+        The nodes.
+    tension : float
+        T, force per length, > 0.
+    load : number, array, xarray.DataArray or function of (x, y)
+        Active pressure p, positive downwards, force per area.
+    support : number, array, xarray.DataArray or function of (x, y)
+        Ordinate f of the rigid profile, positive downwards, length; ``inf`` where there is no support (a huge number
+        in its place costs digits).
+    frame_height : number, array or function of (x, y)
+        Ordinate of the frame, positive downwards, length.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has the wrong kind, shape or range; the message names it.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> lattice = cq.Frame.rectangle(4, 4).lattice(spacing=1.0)
+    >>> membrane = cq.Membrane(lattice, tension=1.0, load=1.0, support=0.9)
+    >>> membrane
+    Membrane(9 nodes, spacing=1, tension=1)
+    >>> solution = cq.solve(membrane, backend="clarabel")
+    >>> int(solution.contact.sum())
+    1
+    """
+
+    _load_unit = "force per area"
+    _pressure_unit = "force per area"
+
+    def __init__(
+        self, lattice: Lattice, tension: float, load: Field, support: Field, frame_height: Field = 0.0
+    ) -> None:
+        tension = positive_number(tension, "tension")
+        spacing = lattice.spacing if isinstance(lattice, Lattice) else 1.0
+        super().__init__(lattice, tension, load, support, frame_height, area=spacing**2, arms=(tension, tension))

@@ -1,0 +1,159 @@
+"""LatticeModel: tensioned arms between the nodes of a lattice, over a rigid support."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..algebra.stencil import Stencil
+from ..foundation.checks import Mask, Vector, read_only, times
+from ..geometry.fields import frame_heights, sample
+from ..geometry.lattice import Lattice
+from ..geometry.numbering import Grid
+from .base import ContactModel
+
+
+class LatticeModel(ContactModel):
+    """A net of tensioned arms on a lattice, stretched over a support.
+
+    Base of `Membrane` and `Cable`, which choose the stiffness of the arms and the load's unit.
+
+    Attributes
+    ----------
+    lattice : Lattice
+    tension : float
+        Force per length in a membrane, force in a cable.
+    load : array, shape (n,)
+        Active pressure at the nodes, positive downwards: force per area (cable: per length).
+    support : array, shape (n,)
+        Ordinate of the rigid profile, positive downwards (length); +inf where there is none.
+    stencil : Stencil
+        The stiffness G.
+    """
+
+    node_area: float
+    _load_unit: str
+    _pressure_unit: str
+
+    def __init__(
+        self,
+        lattice: Lattice,
+        tension: float,
+        load: Any,
+        support: Any,
+        frame_height: Any,
+        *,
+        area: float,
+        arms: tuple[float, float],
+    ) -> None:
+        if not isinstance(lattice, Lattice):
+            raise TypeError(
+                f"lattice must be a Lattice, got {type(lattice).__name__}; "
+                "make one with Frame.lattice or Lattice.from_mask"
+            )
+        self.lattice = lattice
+        self.tension = tension
+        self.stencil = Stencil(lattice.mask, *arms)
+        self.node_area = area
+        self.load: Vector = read_only(sample(lattice, load, "load"))
+        self.support: Vector = read_only(sample(lattice, support, "support", allow_inf=True))
+        needed = self.stencil.frame_points()
+        self._heights = frame_heights(lattice, needed, frame_height)
+        self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
+
+    @property
+    def nodal_load(self) -> Vector:
+        """Active force P on each node (force), shape (n,)."""
+        return times(self.load, self.node_area)
+
+    @property
+    def node_x(self) -> Vector:
+        """Abscissa of each node, shape (n,), length."""
+        return self.lattice.node_x
+
+    @property
+    def node_y(self) -> Vector:
+        """Ordinate of each node in plan, shape (n,), length."""
+        return self.lattice.node_y
+
+    def describe(self, node: int) -> str:
+        """Name a node by its number and coordinates, for messages: ``node 3 (x=0.5, y=1)``."""
+        return self.lattice.describe(node)
+
+    def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
+        """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
+        return self.lattice.free_boundary(contact)
+
+    def _stiffness(self) -> Stencil:
+        return self.stencil
+
+    def _pull(self, heights: Vector) -> Vector:
+        return self.stencil.pull(self._padded(heights))
+
+    def _frame_relief(self) -> float:
+        if self._heights is None:
+            return 0.0
+        return float(np.abs(self._heights[self.stencil.frame_points()] - self._datum).max())
+
+    def _frame_grid(self) -> Grid | None:
+        if self._heights is None:
+            return None
+        return np.where(self.stencil.frame_points(), self._heights - self._datum, 0.0)
+
+    def _padded(self, heights: Vector) -> Vector:
+        """Return heights of nodes and frame on the net with a ring of frame points about it."""
+        padded = self.stencil.pad(heights)
+        return padded if self._heights is None else np.where(self.stencil.padded_mask(), padded, self._heights)
+
+    def max_slope(self, gap: Vector) -> float:
+        """Return the largest difference quotient of the deflection along any arm (no unit)."""
+        heights = self.padded_deflection(gap)
+        joined = self.stencil.padded_mask() | self.stencil.frame_points()
+        mask = self.stencil.padded_mask()
+        steepest = 0.0
+        directions = [(self.stencil.horizontal, 1), (self.stencil.vertical, 0)]
+        for arms, axis in directions:
+            if not arms.any():
+                continue
+            both = _pairs(joined, axis)
+            touches_node = np.logical_or(*_ends(mask, axis))
+            rise = np.abs(np.diff(heights, axis=axis))
+            steepest = max(steepest, float(rise.max(where=both & touches_node, initial=0.0)))
+        return steepest / self.lattice.spacing
+
+    def padded_deflection(self, gap: Vector) -> Vector:
+        """Return w on the net with a ring of frame points about it, shape (rows + 2, columns + 2)."""
+        return self._padded(self.deflection(gap))
+
+    @property
+    def is_line(self) -> bool:
+        """Whether the net is one-dimensional: no vertical arm has any stiffness."""
+        return not self.stencil.vertical.any()
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the model's quantities in words, by name."""
+        return {
+            "gap": "length",
+            "deflection": "length",
+            "support": "length",
+            "reaction": "force",
+            "load": self._load_unit,
+            "contact_pressure": self._pressure_unit,
+        }
+
+    def __repr__(self) -> str:
+        unsupported = int(np.count_nonzero(~self.supported))
+        note = f", {unsupported} unsupported" if unsupported else ""
+        net = f"{self.lattice.size} nodes, spacing={self.lattice.spacing:g}"
+        return f"{type(self).__name__}({net}, tension={self.tension:g}{note})"
+
+
+def _ends(points: Mask, axis: int) -> tuple[Mask, Mask]:
+    return (points[:-1], points[1:]) if axis == 0 else (points[:, :-1], points[:, 1:])
+
+
+def _pairs(points: Mask, axis: int) -> Mask:
+    return np.asarray(np.logical_and(*_ends(points, axis)))

@@ -1,0 +1,108 @@
+"""Spans: the free spans of a cable and the stretches where it lies on the ground."""
+
+from __future__ import annotations
+
+from math import fsum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..foundation.brackets import Bracket, sum_above, sum_below
+from ..foundation.checks import Mask, Vector
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .on_lattice import LatticeModel
+    from .records import Answered, Enclosed
+
+_COLUMNS = [
+    *("kind", "start", "end", "length", "nodes", "largest_gap", "largest_gap_at", "sag", "largest_slope"),
+    *("reaction", "reaction_lower", "reaction_upper", "certain", "undecided"),
+]
+
+
+def spans_of(cable: LatticeModel, ends: tuple[float, float], solution: Answered) -> pd.DataFrame:
+    """Return the rows of `Cable.spans` for a cable whose ends have the given abscissae (length)."""
+    import pandas as pd
+
+    _check(cable, solution)
+    contact = solution.contact
+    changes = np.flatnonzero(contact[1:] != contact[:-1]) + 1
+    first, last = np.concatenate([[0], changes]), np.concatenate([changes - 1, [contact.size - 1]])
+    points = np.concatenate([ends[:1], cable.lattice.node_x, ends[1:]])
+    heights = cable.padded_deflection(solution.gap)[1]
+    certificate = solution.certificate
+    decided = np.pad(_as_told(contact, certificate), 1, constant_values=certificate is not None)
+    rows = []
+    for one, other in zip(first.tolist(), last.tolist(), strict=True):
+        nodes, touching = slice(one, other + 1), bool(contact[one])
+        # Points are counted from the cable's end; a free span goes on to the points beside its nodes.
+        stretch = slice(one + 1, other + 2) if touching else slice(one, other + 3)
+        x, w = points[stretch], heights[stretch]
+        gap, gap_at = (
+            (np.nan, np.nan) if touching else _largest_gap(solution.gap[nodes], x[1:-1], cable.supported[nodes])
+        )
+        bounds = Bracket(np.nan, np.nan) if certificate is None else _sum_between(certificate, nodes)
+        rows.append(
+            {
+                "kind": "contact" if touching else "free",
+                "start": x[0],
+                "end": x[-1],
+                "length": x[-1] - x[0],
+                "nodes": other + 1 - one,
+                "largest_gap": gap,
+                "largest_gap_at": gap_at,
+                "sag": np.nan if touching else _sag(x, w),
+                "largest_slope": np.abs(np.diff(w)).max() / cable.lattice.spacing if x.size > 1 else np.nan,
+                "reaction": fsum(solution.reaction[nodes]) if touching else 0.0,
+                "reaction_lower": bounds.lower,
+                "reaction_upper": bounds.upper,
+                "certain": bool(decided[[one, one + 1, other + 1, other + 2]].all()),
+                "undecided": _undecided(certificate, nodes),
+            }
+        )
+    return pd.DataFrame(rows, columns=_COLUMNS)
+
+
+def _as_told(contact: Mask, certificate: Enclosed | None) -> Mask:
+    """Return where the certificate proves what the answer says of a node."""
+    if certificate is None:
+        return np.zeros(contact.size, dtype=np.bool_)
+    return np.where(contact, certificate.contact, certificate.clear)
+
+
+def _undecided(certificate: Enclosed | None, nodes: slice) -> int:
+    return nodes.stop - nodes.start if certificate is None else int(np.count_nonzero(certificate.undecided[nodes]))
+
+
+def _largest_gap(gap: Vector, x: Vector, supported: Mask) -> tuple[float, float]:
+    if not supported.any():
+        return np.nan, np.nan
+    largest = int(np.argmax(np.where(supported, gap, -np.inf)))
+    return float(gap[largest]), float(x[largest])
+
+
+def _sag(x: Vector, w: Vector) -> float:
+    """Return how far a span hangs below the chord of its ends."""
+    along = (x - x[0]) / (x[-1] - x[0])
+    return float((w - ((1 - along) * w[0] + along * w[-1])).max())
+
+
+def _sum_between(certificate: Enclosed, nodes: slice) -> Bracket:
+    """Return bounds of the sum of the true reactions, rounding included."""
+    lower, upper = (bound[nodes] for bound in certificate.reaction)
+    return Bracket(max(0.0, sum_below(lower)), sum_above(upper) if upper.any() else 0.0)
+
+
+def _check(cable: LatticeModel, solution: Any) -> None:
+    """Raise unless ``solution`` is a finite answer for this very cable."""
+    if not hasattr(solution, "model"):
+        raise TypeError(
+            f"solution must be a Solution, got {type(solution).__name__}; take what contactqp.solve returns"
+        )
+    if solution.model is not cable:
+        other = solution.problem if solution.model is None else solution.model
+        raise ValueError(f"solution must be of this cable, got one of {other!r}; use solution.model.spans(solution)")
+    if not solution.finite:
+        raise ValueError(f"solution holds no finite answer: {solution.backend} said {solution.termination!r}")

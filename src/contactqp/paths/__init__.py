@@ -1,0 +1,1 @@
+"""One model under many loads: load paths, touchdown loads, events."""

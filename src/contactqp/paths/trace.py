@@ -1,0 +1,128 @@
+"""trace(): one model under a sequence of loads, tensions or lifts of its support, each solved from the one before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from ..backends import choose_backend, get_backend
+from ..foundation.checks import Vector, one_of, real_array, refuse_non_finite
+from ..foundation.progress import Progress
+from ..models.base import ContactModel
+from ..models.varied import VARIED
+from ..solving.solution import Solution
+from ..solving.solve import solve
+from .load_path import LoadPath
+
+
+def trace(
+    model: ContactModel,
+    *,
+    loads: Iterable[float] | None = None,
+    tensions: Iterable[float] | None = None,
+    lifts: Iterable[float] | None = None,
+    backend: str = "auto",
+    tol: float | str = 1e-6,
+    cold: bool = False,
+    checkpoint: str | Path | None = None,
+    on_failure: Literal["warn", "raise", "ignore"] = "warn",
+    **options: Any,
+) -> LoadPath:
+    """Solve a model along a sequence of loads, tensions or lifts, each from the answer before.
+
+    Parameters
+    ----------
+    model : Membrane, Cable or CableNet
+        What is varied; it is never modified.
+    loads : sequence of float, optional
+        Factors of the model's load: proportional loading. Give exactly one of loads, tensions and lifts.
+    tensions : sequence of float, optional
+        Tensions, > 0; not for a net of cables.
+    lifts : sequence of float, optional
+        Heights (length) by which the support is lifted.
+    backend, tol, on_failure, **options
+        As for `solve`.
+    cold : bool
+        Whether to solve from a cold start as well, to count the iterations that warm starts save.
+    checkpoint : path, optional
+        A NetCDF file that keeps what is done after every value, so that an interrupted path is resumed from it by the
+        same call. It must belong to the same model, parameter and backend.
+
+    Returns
+    -------
+    LoadPath
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has the wrong kind or range, or the checkpoint belongs to another path.
+    NotCertifiedError
+        If an answer is not certified and ``on_failure="raise"``.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> path = cq.trace(cq.gallery.paper_hexagon(load=1.0), loads=[0.01, 0.02, 0.03])
+    >>> path.to_frame()["contact"].tolist(), path.monotone
+    ([105, 225, 303], True)
+    """
+    if not isinstance(model, ContactModel):
+        raise TypeError(f"model must be a Membrane, a Cable or a CableNet, got {type(model).__name__}")
+    parameter, values = _chosen({"load": loads, "tension": tensions, "lift": lifts})
+    if backend == "auto":
+        backend = choose_backend(model.problem)[0]
+    limits = {"max_iter", "time_limit"}
+    get_backend(backend).check_options({name: value for name, value in options.items() if name not in limits})
+    one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
+    file = None
+    if checkpoint is not None:
+        from .checkpoint import Checkpoint
+
+        file = Checkpoint(Path(checkpoint), model, parameter, backend)
+    restored = [] if file is None else file.restored(values, tol)
+    settings = {"tol": tol, "on_failure": on_failure, **options}
+    solutions: list[Solution] = []
+    cold_iterations: list[int] = []
+    with Progress(f"{parameter}s · {model.size} nodes") as progress:
+        for k, value in enumerate(values):
+            progress.update(f"{parameter} {value:g}, {k + 1} of {values.size}")
+            varied = VARIED[parameter](model, float(value))
+            kept, counted = restored[k] if k < len(restored) else (None, -1)
+            start = _start(solutions[-1] if solutions else None)
+            if kept is not None and kept.status.ok:
+                solution = kept
+            else:
+                own = None if kept is None else _start(kept)
+                solution = solve(varied, backend, warm_start=start if own is None else own, **settings)
+            if cold and counted < 0:
+                counted = solution.iterations if start is None else solve(varied, backend, **settings).iterations
+            solutions.append(solution)
+            cold_iterations.append(counted)
+            if file is not None and (solution is not kept or counted >= 0):
+                file.keep(values[: k + 1], solutions, cold_iterations)
+    return LoadPath(model, parameter, values, tuple(solutions), tuple(cold_iterations) if cold else None)
+
+
+def _start(solution: Solution | None) -> Vector | None:
+    """Return the gap to go on from, None if there is no finite one."""
+    return None if solution is None or solution.residuals is None else solution.gap
+
+
+def _chosen(given: dict[str, Iterable[float] | None]) -> tuple[str, Vector]:
+    named = {name: values for name, values in given.items() if values is not None}
+    if len(named) != 1:
+        got = ", ".join(f"{name}s" for name in named) or "none of them"
+        raise ValueError(f"give exactly one of loads, tensions and lifts, got {got}")
+    ((parameter, chosen),) = named.items()
+    values = real_array(list(chosen) if not isinstance(chosen, np.ndarray) else chosen, f"{parameter}s")
+    if values.ndim != 1 or not values.size:
+        raise ValueError(f"{parameter}s must be a sequence of numbers, got shape {values.shape}")
+    refuse_non_finite(values, f"{parameter}s")
+    if parameter == "tension" and not (values > 0).all():
+        raise ValueError(f"tensions must be > 0, got {values.min():g}")
+    if np.unique(values).size != values.size:
+        raise ValueError(f"{parameter}s must not repeat a value")
+    return parameter, values

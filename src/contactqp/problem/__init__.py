@@ -1,0 +1,1 @@
+"""ContactQP, and the facts about its matrix that proofs rest on."""

@@ -1,0 +1,241 @@
+"""Barrier: a vector v > 0 with G v > 0, by which a Z-matrix G is proven to be an M-matrix.
+
+A Z-matrix (off-diagonal entries <= 0) is a nonsingular M-matrix exactly if such a v exists (Berman and
+Plemmons, *Nonnegative Matrices in the Mathematical Sciences*, 1994, ch. 6, condition I27). Discretised
+elliptic problems call v a barrier function. Every bound of a `Certificate` is a multiple of v.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..algebra.stencil import Stencil
+from ..algebra.stiffness import growth_bound
+from ..foundation.checks import Mask, Vector
+from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
+from ..geometry.numbering import Layout
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+    from ..algebra.stiffness import Stiffness
+
+_DIRECT_SIZE = 4000
+"""Up to this many rows a factorisation is faster than multigrid, which has kernels to load."""
+
+
+class Barrier:
+    """A vector v > 0 and a proven lower bound s > 0 of G v.
+
+    Parameters
+    ----------
+    v : array, shape (n,)
+        The barrier.
+    s : array, shape (n,)
+        Lower bound of G v, rounding errors included.
+    kind : str
+        How v was found: ``"paraboloid"``, ``"strip along x"``, ``"strip along y"`` or ``"linear solve"``.
+    """
+
+    def __init__(self, v: Vector, s: Vector, kind: str) -> None:
+        self.kind = kind
+        self._v, self._s = v, s
+
+    @property
+    def v(self) -> Vector:
+        """The barrier, shape (n,)."""
+        return self._v
+
+    @property
+    def s(self) -> Vector:
+        """Lower bound of G v, rounding errors included, shape (n,)."""
+        return self._s
+
+    def mean_deflection(self, force: Vector) -> float:
+        """Return an upper bound of the mean over the unknowns of G⁻¹ force, for a force >= 0.
+
+        The mean is that of force · G⁻¹1, as G is symmetric, and G⁻¹1 <= v / min s because G(v / min s) >= 1. It is
+        exact, up to rounding, where v is G⁻¹1, as the paraboloid is on a disk; a force on one node does not spoil it.
+        """
+        v = self.v
+        with np.errstate(over="ignore"):
+            return float(v @ (force / self.s.min() / v.size))
+
+    @property
+    def reach(self) -> float:
+        """Largest v for a smallest s of one: the error per unit of residual that this barrier can promise."""
+        return float(self.v.max() / self.s.min())
+
+
+class Parabola(Barrier):
+    """A sum of parabolas along rows and columns, on a lattice whose arms are equal in each direction.
+
+    It is >= 0 on the frame, and has whole numbers as values at nodes and frame points (the two parabolas have multiples
+    of 1/4), so that v and its differences are exact. Only the two parabolas are kept.
+
+    Parameters
+    ----------
+    rows, columns : array, shape (rows + 2,) and (columns + 2,)
+        v = rows[i] + columns[j], counted from the ring about the layout.
+    least_s : float
+        Lower bound of G v: what the second differences give, without the positive share of the frame.
+    kind : str
+    layout : Layout
+    """
+
+    def __init__(self, rows: Vector, columns: Vector, least_s: float, kind: str, layout: Layout) -> None:
+        self.rows, self.columns, self.least_s, self.kind = rows, columns, least_s, kind
+        self._layout = layout
+
+    @property
+    def v(self) -> Vector:
+        """The barrier, shape (n,)."""
+        grid = self.rows[1:-1, None] + self.columns[None, 1:-1]
+        mask = self._layout.mask
+        return grid.ravel() if mask.all() else grid[mask]
+
+    @property
+    def s(self) -> Vector:
+        """Lower bound of G v, shape (n,), read-only: the same everywhere."""
+        return np.broadcast_to(self.least_s, (self._layout.size,))
+
+    @property
+    def reach(self) -> float:
+        """See `Barrier`."""
+        return self.largest_v / self.least_s
+
+    @cached_property
+    def largest_v(self) -> float:
+        """Largest v: in every run of nodes the one nearest to the columns' summit counts."""
+        runs = self._layout.runs
+        nearest = np.clip(int(self.columns.argmax()), runs[:, 1], runs[:, 2] - 1)
+        return float((self.rows[runs[:, 0]] + self.columns[nearest]).max())
+
+
+def find_barrier(stiffness: Stiffness) -> Barrier | None:
+    """Return a barrier of a symmetric Z-matrix, or None where none is found (then G is no M-matrix).
+
+    On a lattice the candidates cost one pass at most: a paraboloid about the middle of the nodes, and a
+    parabola across them along x or y, each >= 0 on the frame; the one with the least `Barrier.reach` is
+    taken, also for the matrix of a rectangular lattice, where it is checked. Otherwise v is found by a linear solve:
+    with D = diag(G)^(-1/2), which takes out the units of the unknowns, D G D y = 1 and v = D y.
+    """
+    stencil = stiffness if isinstance(stiffness, Stencil) else _hidden_stencil(stiffness)
+    if stencil is not None:
+        parabolas = _parabolas(stencil)
+        candidates: list[Barrier] = list(parabolas)
+        if stiffness is not stencil or not stencil.uniform:
+            checked = [_checked(stiffness, parabola.v, parabola.kind) for parabola in parabolas]
+            candidates = [candidate for candidate in checked if candidate is not None]
+        if candidates:
+            return min(candidates, key=lambda candidate: candidate.reach)
+    return _solved(stiffness)
+
+
+def _hidden_stencil(stiffness: Stiffness) -> Stencil | None:
+    """Return the lattice in a matrix that is large enough for a linear solve to cost more than the look."""
+    from ..algebra.rectangle import rectangle_of
+
+    return rectangle_of(stiffness.tocsr()) if stiffness.size > _DIRECT_SIZE else None
+
+
+def _parabolas(stencil: Stencil) -> list[Parabola]:
+    """Return the parabolas that are >= 0 on the frame and > 0 at the nodes.
+
+    The second difference of each is -2, so G v >= 2 x arm for equal arms. The rim of the paraboloid is the farthest
+    frame point; no node is as far from the middle, because farther out along its row or its column there is one.
+    """
+    layout = stencil.layout
+    mask = layout.mask
+    row, column = np.arange(-1.0, layout.rows + 1), np.arange(-1.0, layout.columns + 1)
+    across, along = (_least(arms) for arms in (stencil.horizontal, stencil.vertical))
+    reach_x, reach_y = (1.0 if arms.any() else 0.0 for arms in (stencil.horizontal, stencil.vertical))
+    left, right = -reach_x, layout.columns - 1 + reach_x
+    bottom, top = -reach_y, layout.rows - 1 + reach_y
+    twice_row, twice_column = 2 * row - (bottom + top), 2 * column - (left + right)
+    rim = _rim(mask, twice_row, twice_column, reach_x, reach_y)
+    flat_rows, flat_columns = np.zeros_like(row), np.zeros_like(column)
+    exact = 1 - 4 * UNIT_ROUNDOFF
+    found: list[Parabola] = [
+        Parabola(
+            (rim - twice_row**2) / 4, -(twice_column**2) / 4, exact * (2 * across + 2 * along), "paraboloid", layout
+        )
+    ]
+    if reach_x:
+        across_strip = (column - left) * (right - column)
+        found.append(Parabola(flat_rows, across_strip, exact * 2 * across, "strip along y", layout))
+    if reach_y:
+        found.append(Parabola((row - bottom) * (top - row), flat_columns, exact * 2 * along, "strip along x", layout))
+    return [parabola for parabola in found if not stencil.uniform or 0 < parabola.least_s < np.inf]
+
+
+def _least(arms: Vector) -> float:
+    return float(arms) if arms.ndim == 0 else 1.0
+
+
+def _rim(mask: Mask, twice_row: Vector, twice_column: Vector, reach_x: float, reach_y: float) -> float:
+    """Return the largest squared distance from the middle, doubled, of a frame point that a node is joined to."""
+    rim = 0.0
+    for points, own, other, reach in (
+        (mask, twice_row, twice_column, reach_x),
+        (mask.T, twice_column, twice_row, reach_y),
+    ):
+        if not reach:
+            continue
+        lines = np.flatnonzero(points.any(axis=1))
+        first = points[lines].argmax(axis=1)
+        last = points.shape[1] - 1 - points[lines, ::-1].argmax(axis=1)
+        # Offset 1 for the ring; the frame point lies one beyond the outermost node.
+        for end in (first, last + 2):
+            rim = max(rim, float((own[lines + 1] ** 2 + other[end] ** 2).max()))
+    return rim
+
+
+def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
+    """Return the barrier if v > 0 and G v > 0 hold beyond rounding; nothing is assumed of v."""
+    if not (np.isfinite(v).all() and v.min() > 0):
+        return None
+    product = stiffness.matvec(v)
+    magnitude = stiffness.diagonal() * (2 * v) - product
+    s = product - growth_bound(stiffness) * magnitude - UNDERFLOW
+    return Barrier(v, s, kind) if s.min() > 0 else None
+
+
+def _solved(stiffness: Stiffness) -> Barrier | None:
+    """Return a barrier from a linear solve, and None where the matrix turns out not to be positive definite."""
+    from scipy import sparse
+    from scipy.sparse import linalg
+
+    if isinstance(stiffness, Stencil) and stiffness.size > _DIRECT_SIZE:
+        from ..methods.multigrid.linear import solve_linear
+
+        barrier = _checked(stiffness, solve_linear(stiffness, np.ones(stiffness.size), 1e-3), "linear solve")
+        if barrier is not None:
+            return barrier
+    balance = 1 / np.sqrt(stiffness.diagonal())
+    scaling = sparse.diags_array(balance)
+    matrix = (scaling @ stiffness.tocsr() @ scaling).tocsr()
+    if stiffness.size > _DIRECT_SIZE:
+        barrier = _iterated(stiffness, matrix, balance)
+        if barrier is not None:
+            return barrier
+    try:
+        factors = linalg.splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A")
+    except RuntimeError:
+        return None
+    return _checked(stiffness, balance * factors.solve(np.ones(stiffness.size)), "linear solve")
+
+
+def _iterated(stiffness: Stiffness, matrix: csr_array, balance: Vector) -> Barrier | None:
+    """Return the barrier from conjugate gradients, at first to a rough tolerance, or None if neither will do."""
+    from ..methods.amg.amg import conjugate_gradients
+
+    solve = conjugate_gradients(matrix, 1 / balance)
+    if solve is None:
+        return None
+    candidates = (balance * solve(np.ones(balance.size), tolerance) for tolerance in (1e-3, 1e-6))
+    found = (_checked(stiffness, candidate, "linear solve") for candidate in candidates)
+    return next((barrier for barrier in found if barrier is not None), None)

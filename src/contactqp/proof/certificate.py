@@ -1,0 +1,168 @@
+"""Certificate: a rigorous enclosure of the true solution, from any approximate one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..algebra.stiffness import growth_bound
+from ..foundation.brackets import Bracket, sum_above, sum_below
+from ..foundation.checks import Mask, Vector
+from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
+from ..foundation.text import at_most
+from ..models.base import ContactModel
+from ..problem.contact_qp import ContactQP
+from .beyond_m_matrices import COMPARISON, EIGENVALUE
+from .enclosure import (
+    enclosed_product,
+    enclosed_reaction,
+    middle_and_radius,
+    modulus_times,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """Bounds that the exact solution ω* of a problem provably satisfies, node by node.
+
+    Attributes
+    ----------
+    problem : ContactQP
+        The problem.
+    model : Membrane, Cable, CableNet or None
+        What it comes from, if that was certified.
+    lower, upper : array, shape (n,)
+        lower ≤ ω* ≤ upper (length).
+    gap_bound : float
+        max |ω - ω*| is at most this (length), for the ω that was certified.
+    contact : array of bool, shape (n,)
+        Nodes where R* > 0 is certain.
+    clear : array of bool, shape (n,)
+        Nodes where ω* > 0 is certain, and all nodes without a support.
+    barrier : str
+        What the bounds are multiples of: ``"paraboloid"``, ``"strip along x"``, ``"strip along y"``, ``"linear solve"``
+        or ``"free set"``; for a matrix that is no M-matrix ``"comparison matrix"`` or ``"smallest eigenvalue"``.
+    """
+
+    problem: ContactQP = field(repr=False)
+    lower: Vector
+    upper: Vector
+    gap_bound: float
+    contact: Mask
+    clear: Mask
+    barrier: str
+    model: ContactModel | None = field(default=None, repr=False)
+
+    @property
+    def undecided(self) -> Mask:
+        """Nodes that are neither certainly clear nor certainly in contact."""
+        return ~(self.contact | self.clear)
+
+    @property
+    def weaker(self) -> bool:
+        """Whether the bound is one of those known beyond M-matrices, which may exceed the error by far."""
+        return self.barrier in (COMPARISON, EIGENVALUE)
+
+    @property
+    def contact_nodes(self) -> Bracket:
+        """Bracket of the number of nodes in contact, R* > 0: those certainly so, and with them the undecided ones."""
+        certain = int(np.count_nonzero(self.contact))
+        return Bracket(certain, certain + int(np.count_nonzero(self.undecided)))
+
+    @property
+    def contact_area(self) -> Bracket:
+        """Bracket of the area in contact, Δ² for every node (cable: of the length, Δ for every node)."""
+        nodes, area = self.contact_nodes, self._physical("contact_area").area_of_node("contact_area")
+        return Bracket(nodes.lower * area, nodes.upper * area)
+
+    @cached_property
+    def reaction(self) -> tuple[Vector, Vector]:
+        """Lower and upper bounds of the exact reaction R* = Gω* + q (force), shape (n,) each.
+
+        R* is 0 at nodes that are certainly clear, and ≥ 0 everywhere.
+        """
+        problem = self.problem
+        with np.errstate(over="ignore", invalid="ignore"):
+            middle, radius = middle_and_radius(self.lower, self.upper)
+            value, error = enclosed_reaction(problem, middle)
+            reach = modulus_times(problem, radius) * (1 + 2 * growth_bound(problem.stiffness)) + error
+            lower, upper = np.nextafter(value - reach, -np.inf), np.nextafter(value + reach, np.inf)
+        known = np.isfinite(lower) & np.isfinite(upper)
+        lower = np.where(known & ~self.clear, np.maximum(lower, 0.0), 0.0)
+        upper = np.where(self.clear, 0.0, np.where(known, np.maximum(upper, 0.0), np.inf))
+        return lower, upper
+
+    @cached_property
+    def total_reaction(self) -> Bracket:
+        """Bracket of the sum of R* over all nodes (force).
+
+        It is the better of two: the sum of the nodes' own brackets, and Σq + cᵀω* with the column sums c of G, which on
+        a lattice are zero but beside the frame.
+        """
+        lower, upper = self.reaction
+        low, high = sum_below(lower), sum_above(upper)
+        problem = self.problem
+        with np.errstate(over="ignore", invalid="ignore"):
+            columns, slack = column_sums(problem)
+            middle, radius = middle_and_radius(self.lower, self.upper)
+            product = columns * middle
+            reach = np.abs(columns) * radius + slack * (np.abs(middle) + radius)
+            reach = (reach + 4 * UNIT_ROUNDOFF * np.abs(product) + UNDERFLOW) * (1 + 16 * UNIT_ROUNDOFF)
+        if np.isfinite(product).all() and np.isfinite(reach).all():
+            low = max(low, sum_below([*problem.q, *product, *-reach]))
+            high = min(high, sum_above([*problem.q, *product, *reach]))
+        return Bracket(max(0.0, low), high)
+
+    def contains(self, gap: ArrayLike) -> bool:
+        """Whether ``gap`` lies between the bounds at every node.
+
+        An approximate answer may leave its own enclosure by its own error. `intersects` tells whether two answers are
+        compatible.
+        """
+        omega = np.asarray(gap)
+        return bool(((self.lower <= omega) & (omega <= self.upper)).all())
+
+    def intersects(self, other: Certificate) -> bool:
+        """Whether one and the same solution can satisfy both enclosures."""
+        return bool((np.maximum(self.lower, other.lower) <= np.minimum(self.upper, other.upper)).all())
+
+    def plot(self) -> Figure:
+        """Draw the contact map of what is certain: nodes in contact, clear and undecided, each in their own colour.
+
+        Of a cable it is the bounds of the gap, and of a cable net the plan.
+
+        Raises
+        ------
+        AttributeError
+            If a bare `ContactQP` was certified, which knows no places; certify the model.
+        """
+        from ..plotting.answers import plot_certificate
+
+        return plot_certificate(self, self._physical("plot"))
+
+    def _physical(self, attribute: str) -> ContactModel:
+        if self.model is None:
+            raise AttributeError(
+                f"{attribute} needs a Membrane, a Cable or a CableNet; "
+                "this certificate is of a bare ContactQP, certify the model"
+            )
+        return self.model
+
+    def __repr__(self) -> str:
+        kind = f"{self.barrier}, weaker than for an M-matrix" if self.weaker else self.barrier
+        return (
+            f"Certificate(|gap error| <= {at_most(self.gap_bound, 3)}; {np.count_nonzero(self.contact)} in contact, "
+            f"{np.count_nonzero(self.clear)} clear, {np.count_nonzero(self.undecided)} undecided; {kind})"
+        )
+
+
+def column_sums(problem: ContactQP) -> tuple[Vector, Vector]:
+    """Return the column sums of G, and bounds of their rounding errors."""
+    return enclosed_product(problem, np.ones(problem.size))

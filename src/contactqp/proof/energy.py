@@ -1,0 +1,147 @@
+r"""Extremum properties of the solution: its energies, and what it is the least of.
+
+*Energies.* Potential energy of a gap ω, less that of the shut gap: E(ω) = ½ωᵀGω + qᵀω. Complementary energy of a
+reaction R: E_c(R) = ½(R - q)ᵀG⁻¹(R - q). For every admissible gap, ω ≥ 0, and every admissible reaction, R ≥ 0, and
+R = 0 where there is no support,
+
+.. math:: -E_c(R) ≤ -E_c(R*) = E(ω*) ≤ E(ω),
+
+because E(ω) + E_c(R) = ½‖ω - G⁻¹(R - q)‖²_G + ωᵀR ≥ ωᵀR ≥ 0, with equality at the solution. So of all admissible
+gaps the solution has the least potential energy, and of all admissible reactions the least complementary energy
+(Dorn, *Duality in quadratic programming*, Quart. Appl. Math. 18, 1960).
+
+*Least element.* For a Z-matrix, of all gaps with ω ≥ 0 and Gω + q ≥ 0 the solution is the least, node by node, and
+minimises cᵀω for every c > 0 (Mangasarian, *Linear complementarity problems solvable by a single linear program*,
+Math. Program. 10, 1976). In deflections: of all w ≤ f that are subsolutions, Gw ≤ P + b, it is the largest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..foundation.brackets import Bracket
+from ..foundation.checks import Mask, Vector, vector
+from ..methods.active_set.primal_dual import DIRECT_SIZE
+from ..models.base import ContactModel, split
+from ..problem.contact_qp import ContactQP
+
+_PRECISE = 1e-13
+
+
+def potential_energy(problem: ContactQP | ContactModel, gap: ArrayLike) -> float:
+    """Return E(ω) = ½ωᵀGω + qᵀω (force times length): the potential energy less that of the shut gap.
+
+    Parameters
+    ----------
+    problem : Membrane, Cable, CableNet or ContactQP
+    gap : array, shape (n,)
+        ω (length).
+
+    Raises
+    ------
+    ValueError
+        If ``gap`` has the wrong shape or is not finite.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+    >>> potential_energy(problem, [0.5, 0.0]), potential_energy(problem, [0.5, 0.5])
+    (-0.25, 1.25)
+    """
+    return split(problem)[1].objective(gap)
+
+
+def complementary_energy(problem: ContactQP | ContactModel, reaction: ArrayLike) -> float:
+    """Return E_c(R) = ½(R - q)ᵀG⁻¹(R - q) (force times length); it takes a linear solve.
+
+    Parameters
+    ----------
+    problem : Membrane, Cable, CableNet or ContactQP
+    reaction : array, shape (n,)
+        R (force).
+
+    Raises
+    ------
+    ValueError
+        If ``reaction`` has the wrong shape or is not finite.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+    >>> round(complementary_energy(problem, [0.0, 2.5]), 12), round(complementary_energy(problem, [0.1, 2.5]), 12)
+    (0.25, 0.303333333333)
+    """
+    _, algebra = split(problem)
+    force = vector(reaction, algebra.size, "reaction") - algebra.q
+    return 0.5 * float(force @ _solved(algebra, force))
+
+
+def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket:
+    """Return -E_c(R) and E(ω) of the admissible states next to an answer: E(ω*) lies between them, up to rounding.
+
+    The gap is cut to ω ≥ 0; its reaction is cut to R ≥ 0, and to 0 where there is no support. The difference of the
+    two is the duality gap; it vanishes at the solution only.
+
+    Parameters
+    ----------
+    problem : Membrane, Cable, CableNet or ContactQP
+    gap : array, shape (n,)
+        ω (length), an approximate solution.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+    >>> low, high = energy_bracket(problem, [0.5, 0.0])
+    >>> round(low, 12), round(high, 12)
+    (-0.25, -0.25)
+    >>> low, high = energy_bracket(problem, [0.6, 0.0])
+    >>> bool(low < -0.25 < high)
+    True
+    """
+    _, algebra = split(problem)
+    omega = vector(gap, algebra.size, "gap")
+    admissible = np.where(algebra.supported, np.maximum(omega, 0.0), omega)
+    reaction = np.where(algebra.supported, np.maximum(algebra.reaction(admissible), 0.0), 0.0)
+    return Bracket(-complementary_energy(algebra, reaction), potential_energy(algebra, admissible))
+
+
+def feasible(problem: ContactQP | ContactModel, gap: ArrayLike, slack: float = 0.0) -> Mask:
+    """Return at which nodes a gap satisfies ω ≥ 0 and R ≥ 0; the solution is the least gap that does everywhere.
+
+    Parameters
+    ----------
+    problem : Membrane, Cable, CableNet or ContactQP
+    gap : array, shape (n,)
+        ω (length).
+    slack : float
+        Length by which ω, and R over the stiffness G_ii, may be below 0.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> feasible(cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0]), [0.4, 0.0])
+    array([False,  True])
+    """
+    _, algebra = split(problem)
+    omega = vector(gap, algebra.size, "gap")
+    pressed = algebra.reaction(omega) >= -slack * algebra.stiffness.diagonal()
+    return np.asarray(pressed & ((omega >= -slack) | ~algebra.supported))
+
+
+def _solved(problem: ContactQP, force: Vector) -> Vector:
+    """Return G⁻¹ force to rounding, by factors or, on large lattices, by multigrid."""
+    if problem.stencil is not None and problem.size > DIRECT_SIZE and 1 not in problem.stencil.mask.shape:
+        from ..methods.multigrid.linear import solve_linear
+
+        return solve_linear(problem.stencil, force, _PRECISE)
+    from scipy.sparse import linalg
+
+    return np.asarray(linalg.splu(problem.G.tocsc(), permc_spec="MMD_AT_PLUS_A").solve(force))

@@ -1,0 +1,145 @@
+"""Compiled passes of judge and certificate over a lattice whose arms are equal in each direction.
+
+They say in one pass over memory what `certificate` and `judge` say in many, with the same bounds of rounding errors, so
+they are compiled without any license to rearrange sums. ``rows`` and ``columns`` make up the barrier,
+v[i, j] = rows[i] + columns[j], and ``s`` <= Gv.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ..foundation.rounding import DIFFERENCES, UNDERFLOW, UNIT_ROUNDOFF, gamma
+from ..geometry.numbering_kernels import GRID, READ_ONLY_VECTOR, RUNS
+
+_ERROR = gamma(DIFFERENCES)
+_SLACK = 4 * UNIT_ROUNDOFF
+_UNDERFLOW = UNDERFLOW
+
+_PLACE = f"float64, float64, {RUNS}, int64[::1]"
+_BARRIER = "float64[::1], float64[::1], float64"
+
+
+@njit(inline="always")
+def _reaction(omega, i, j, across, along, force):  # type: ignore[no-untyped-def]
+    """Return R = Gω + q at a node, formed from differences, and a bound of its rounding error."""
+    own = omega[i, j]
+    west, east = own - omega[i, j - 1], own - omega[i, j + 1]
+    south, north = own - omega[i - 1, j], own - omega[i + 1, j]
+    reaction = (across * (west + east) + along * (south + north)) + force
+    magnitude = (across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + abs(force)
+    return reaction, _ERROR * magnitude + _UNDERFLOW
+
+
+@njit(
+    f"UniTuple(float64, 8)({GRID}, {READ_ONLY_VECTOR}, {READ_ONLY_VECTOR}, int64, {_PLACE}, {_BARRIER}, int64, int64)",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def measure(omega, q, reference, step, across, along, runs, row_start, rows, columns, s, lo, hi):  # type: ignore[no-untyped-def]
+    """Measure ω on the rows [lo, hi).
+
+    Returns the largest -ω/v and -R/s, the largest min(ω/v, R/s), the least ω of supported nodes, the least R, the sums
+    of ωR and of ω(R + q)/2, the largest modulus of min(ω, R/G_ii), and the largest |reference - ω|. The first two are
+    infinite if a number is too large for its error to be bounded.
+    ``reference`` is indexed by ``step`` times the node.
+    """
+    raise_by, lower_by, least_gap, least_reaction = 0.0, 0.0, np.inf, np.inf
+    work, energy, natural, size = 0.0, 0.0, 0.0, 0.0
+    bounded = True
+    # A product with a reciprocal is off by a few roundings, which the caller's factor covers; the reciprocal of a
+    # subnormal number overflows, and then nothing is proven.
+    per_s, per_diagonal = 1.0 / s, 0.5 / (across + along)
+    for run in range(row_start[lo], row_start[hi]):
+        i, first, last, node = runs[run, 0], runs[run, 1], runs[run, 2], runs[run, 3]
+        run_work = run_energy = 0.0
+        for k in range(last - first):
+            j = first + k
+            gap, force = omega[i, j], q[node + k]
+            reaction, error = _reaction(omega, i, j, across, along, force)
+            bounded = bounded and error < np.inf
+            high, low, correction = (error + reaction) * per_s, (error - reaction) * per_s, reaction * per_diagonal
+            if runs[run, 4]:
+                clearance = gap / (rows[i] + columns[j])
+                raise_by = max(raise_by, -clearance)
+                high = min(high, clearance)
+                least_gap = min(least_gap, gap)
+                correction = min(correction, gap)
+            raise_by, lower_by = max(raise_by, low), max(lower_by, high)
+            least_reaction = min(least_reaction, reaction)
+            natural = max(natural, abs(correction))
+            size = max(size, abs(reference[step * (node + k)] - gap))
+            run_work += gap * reaction
+            run_energy += 0.5 * gap * (reaction + force)
+        work += run_work
+        energy += run_energy
+    if not bounded:
+        raise_by = lower_by = np.inf
+    return raise_by, lower_by, least_gap, least_reaction, work, energy, natural, size
+
+
+@njit(inline="always")
+def _upper(gap, rise):  # type: ignore[no-untyped-def]
+    return (gap + rise) + (_SLACK * (abs(gap) + rise) + _UNDERFLOW)
+
+
+@njit(
+    f"Tuple((float64, boolean))({GRID}, {READ_ONLY_VECTOR}, {_PLACE}, {_BARRIER}, float64, float64, float64[::1], "
+    "float64[::1], boolean[::1], boolean[::1], int64, int64)",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def enclose(  # type: ignore[no-untyped-def]
+    omega,
+    q,
+    across,
+    along,
+    runs,
+    row_start,
+    rows,
+    columns,
+    s,
+    raise_by,
+    lower_by,
+    lower,
+    upper,
+    contact,
+    clear,
+    lo,
+    hi,
+):
+    """Write the enclosure on the rows [lo, hi); return the largest distance of ω from it, and whether all is finite."""
+    bound, finite = 0.0, True
+    for run in range(row_start[lo], row_start[hi]):
+        i, first, last, node = runs[run, 0], runs[run, 1], runs[run, 2], runs[run, 3]
+        for k in range(last - first):
+            j = first + k
+            gap, v = omega[i, j], rows[i] + columns[j]
+            high = _upper(gap, raise_by * v)
+            fall = lower_by * v
+            low = (gap - fall) - (_SLACK * (abs(gap) + fall) + _UNDERFLOW)
+            west, east, south, north = omega[i, j - 1], omega[i, j + 1], omega[i - 1, j], omega[i + 1, j]
+            # At frame points, which have gap 0 and no barrier, v need not be 0, but may count as if it were theirs.
+            sideways = max(0.0, rows[i] + columns[j - 1]) + max(0.0, rows[i] + columns[j + 1])
+            endways = max(0.0, rows[i - 1] + columns[j]) + max(0.0, rows[i + 1] + columns[j])
+            lift = raise_by * (across * sideways + along * endways)
+            pull = (across * (west + east) + along * (south + north)) + lift
+            force = (across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + lift
+            drive = q[node + k]
+            held_shut = drive - pull  # where this overflows, it is not above its error, and proves nothing
+            error = _ERROR * (force + abs(drive)) + _UNDERFLOW
+            touching = False
+            if runs[run, 4]:
+                low = max(low, 0.0)
+                touching = held_shut > 2 * error
+                clear[node + k] = low > 0.0
+            else:
+                clear[node + k] = True
+            contact[node + k] = touching
+            lower[node + k], upper[node + k] = (0.0, 0.0) if touching else (low, high)
+            bound = max(bound, max(high - gap, gap - low))
+            finite = finite and np.isfinite(high) and np.isfinite(low)
+    return bound, finite

@@ -1,0 +1,212 @@
+"""Active sets: the algebraic hierarchy, the iteration's promises, and polishing other answers."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+from strategies import m_matrices, problems
+
+import contactqp as cq
+from contactqp.algebra.stencil import Stencil
+from contactqp.methods.active_set.primal_dual import DIRECT_SIZE, ActiveSet
+from contactqp.methods.amg import sparse_kernels
+from contactqp.methods.amg.aggregation import _aggregate, _compiled, aggregate
+from contactqp.methods.amg.amg import Amg
+
+
+def disk(spacing=0.02, load=8.0, support=0.3):
+    """A lattice that is no rectangle, so that its matrix is not recognised as one's."""
+    return cq.Membrane(cq.Frame.disk(1.0).lattice(spacing), 1.0, load, support)
+
+
+def test_groups_of_a_path_by_hand():
+    """Of seven in a line 0 takes 1, which leaves 2 to 3 with 4; 5's neighbour 4 is taken, so it waits for 6."""
+    indptr = np.array([0, 1, 3, 5, 7, 9, 11, 12], dtype=np.int32)
+    indices = np.array([1, 0, 2, 1, 3, 2, 4, 3, 5, 4, 6, 5], dtype=np.int32)
+    group, count = aggregate(indptr, indices)
+    assert group.tolist() == [0, 0, 1, 1, 1, 2, 2]
+    assert count == 3
+
+
+@given(m_matrices(max_size=12))
+def test_compiled_groups_are_those_of_plain_python(matrix):
+    graph = sparse.csr_array(matrix * (1 - np.eye(len(matrix))))
+    graph.eliminate_zeros()
+    indptr, indices = graph.indptr.astype(np.int32), graph.indices.astype(np.int32)
+    plain, fast = (np.full(len(matrix), -1, dtype=np.int32) for _ in range(2))
+    assert _aggregate(indptr, indices, plain) == _compiled()(indptr, indices, fast)
+    np.testing.assert_array_equal(plain, fast)
+    assert ((plain >= 0) == (np.diff(indptr) > 0)).all()
+
+
+@given(m_matrices(min_size=2, max_size=9), st.integers(0, 99))
+def test_sweeps_are_triangular_solves(matrix, seed):
+    rng = np.random.default_rng(seed)
+    size = len(matrix)
+    rows = sparse.csr_array(matrix)
+    arguments = rows.indptr.astype(np.int32), rows.indices.astype(np.int32), rows.data
+    inverse, right, x = 1 / np.diag(matrix), rng.normal(size=size), rng.normal(size=size)
+    forwards, backwards, zero, rest = x.copy(), x.copy(), np.empty(size), np.empty(size)
+    sparse_kernels.sweep(*arguments, inverse, right, forwards, False)
+    sparse_kernels.sweep(*arguments, inverse, right, backwards, True)
+    sparse_kernels.sweep_from_zero(*arguments, inverse, right, zero)
+    sparse_kernels.residual(*arguments, right, x, rest)
+    lower, upper = np.tril(matrix), np.triu(matrix)
+    np.testing.assert_allclose(forwards, x + np.linalg.solve(lower, right - matrix @ x), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(backwards, x + np.linalg.solve(upper, right - matrix @ x), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(zero, np.linalg.solve(lower, right), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(rest, right - matrix @ x, rtol=1e-9, atol=1e-9)
+    projected, held = x.clip(0), np.zeros(size)
+    sparse_kernels.projected_sweeps(*arguments, inverse, right, held, projected, 1)
+    twin = x.clip(0)
+    for i in range(size):
+        twin[i] = max(0.0, twin[i] - (matrix[i] @ twin + right[i]) / matrix[i, i])
+    np.testing.assert_allclose(projected, twin, rtol=1e-9, atol=1e-12)
+
+
+def test_the_cycle_is_a_symmetric_preconditioner_whose_iterations_hardly_grow():
+    counts = []
+    for spacing in (0.04, 0.01):
+        problem = disk(spacing).problem
+        rng = np.random.default_rng(0)
+        open_nodes = rng.uniform(size=problem.size) < 0.9
+        amg = Amg(problem.G, open_nodes=open_nodes)
+        first, second = rng.normal(size=(2, problem.size)) * open_nodes
+        assert first @ amg.cycle(second) == pytest.approx(second @ amg.cycle(first), rel=1e-8)
+        assert first @ amg.cycle(first) > 0
+        assert not amg.cycle(first)[~open_nodes].any()
+        assert "operator complexity 1." in repr(amg)
+        full, x, residual = Amg(problem.G), np.zeros(problem.size), np.ones(problem.size)
+        direction, before = np.zeros(problem.size), 1.0
+        count = 0
+        while np.abs(residual).max() > 1e-8:
+            count += 1
+            preconditioned = full.cycle(residual)
+            product = residual @ preconditioned
+            direction = preconditioned + product / before * direction
+            before = product
+            step = product / (direction @ (problem.G @ direction))
+            x, residual = x + step * direction, residual - step * (problem.G @ direction)
+        counts.append(count)
+    assert max(counts) <= 20
+    assert counts[1] <= counts[0] + 6
+
+
+def test_a_step_by_hand():
+    """G = [[2, -1], [-1, 2]], q = (-1, 3): node 0 opens by ½, node 1 stays shut with R = 2.5."""
+    solver = ActiveSet(sparse.csr_array([[2.0, -1.0], [-1.0, 2.0]]), np.array([-1.0, 3.0]), np.ones(2, dtype=bool))
+    assert solver.step().exchanged == 1
+    assert solver.step().finished
+    np.testing.assert_array_equal(solver.omega, [0.5, 0.0])
+
+
+@given(problems(max_size=40, spread=4.0))
+def test_the_energy_falls_and_the_end_is_exact(problem):
+    solution = cq.solve(problem, "active-set", tol=1e-10, history=True)
+    assert solution.status == "certified"
+    energy = solution.history["energy"]
+    assert (np.diff(energy) <= 1e-11 * np.abs(energy).max()).all()
+    assert solution.history["exchanged"][-1] == 0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_nodes_where_gap_and_reaction_vanish_do_not_keep_it_going(seed):
+    rng = np.random.default_rng(seed)
+    model = disk(0.05)
+    gap = rng.uniform(0, 1, model.lattice.size) * (rng.uniform(size=model.lattice.size) < 0.3)
+    problem = cq.ContactQP(model.problem.G, -(model.problem.G @ gap))
+    solution = cq.solve(problem, "active-set", tol=1e-9)
+    assert solution.status == "certified"
+    assert solution.iterations < 30
+    np.testing.assert_allclose(solution.gap, gap, atol=1e-12)
+
+
+@pytest.mark.parametrize("spacing", [0.02, pytest.param(0.005, marks=pytest.mark.slow)])
+def test_large_matrices_need_few_steps(spacing):
+    model = disk(spacing)
+    assert model.lattice.size > DIRECT_SIZE
+    problem = cq.ContactQP(model.problem.G, model.problem.q)
+    solution = cq.solve(problem, "active-set")
+    assert solution.status == "certified"
+    assert solution.iterations <= 20
+    assert solution.certificate.intersects(cq.solve(model, "multigrid").certificate)
+
+
+def test_a_long_line_is_factorised():
+    cable, exact = cq.gallery.cable_on_floor(20001, 2500)
+    solution = cq.solve(cq.ContactQP(cable.problem.G, cable.problem.q), "active-set")
+    np.testing.assert_allclose(cable.deflection(solution.gap), exact, rtol=1e-8)
+    assert solution.iterations < 60
+
+
+def test_the_matrix_of_a_rectangle_starts_from_multigrid():
+    model = cq.gallery.spiral(95)
+    problem = cq.ContactQP(model.problem.G, model.problem.q)
+    solution = cq.solve(problem, "active-set", tol=1e-9)
+    assert solution.status == "certified"
+    assert solution.iterations <= 3
+    # Of another unit of length for each unknown it is the same, when these are undone.
+    scale = 10.0 ** np.random.default_rng(0).uniform(-1, 1, problem.size)
+    other = cq.ContactQP(sparse.diags_array(scale) @ problem.G @ sparse.diags_array(scale), scale * problem.q)
+    np.testing.assert_allclose(cq.solve(other, "active-set", tol=1e-9).gap * scale, solution.gap, atol=1e-7)
+
+
+@pytest.mark.parametrize("backend", ["osqp", "clarabel", "psor", "mangasarian"])
+def test_any_answer_can_be_polished(backend):
+    model = cq.gallery.bowl(31)
+    rough = cq.solve(model, backend, tol=1e-2)
+    exact = rough.polish(tol=1e-11)
+    assert (exact.backend, exact.status, exact.tol) == ("active-set", "certified", 1e-11)
+    assert exact.residuals.natural_residual < 1e-14
+    assert rough.certificate.intersects(exact.certificate)
+    assert rough.polish().tol == 1e-2
+    assert exact.model is model
+
+
+def test_what_cannot_be_polished_says_why():
+    other = cq.solve(cq.ContactQP([[1.0, 0.5], [0.5, 1.0]], [-1.0, 1.0]), "osqp")
+    with pytest.raises(cq.UnsuitableProblemError, match="'active-set' needs a Z-matrix"):
+        other.polish()
+
+
+@settings(max_examples=30)
+@given(problems(max_size=25), st.integers(0, 99))
+def test_any_start_leads_to_the_same_answer(problem, seed):
+    start = 10 * np.random.default_rng(seed).normal(size=problem.size) * problem.gap_scale
+    first, second = (
+        cq.solve(problem, "active-set", tol=1e-9),
+        cq.solve(problem, "active-set", tol=1e-9, warm_start=start),
+    )
+    np.testing.assert_allclose(first.gap, second.gap, atol=1e-8 * problem.gap_scale)
+
+
+def test_limits_are_kept():
+    with pytest.warns(cq.ContactWarning, match="stopped at its iteration limit"):
+        stopped = cq.solve(cq.gallery.spiral(31), "active-set", max_iter=1)
+    assert stopped.iterations == 1
+    with pytest.warns(cq.ContactWarning, match="stopped at its time limit"):
+        cq.solve(cq.gallery.spiral(31), "active-set", time_limit=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_net_on_two_pegs_does_not_rest_too_early(seed):
+    """The set can be unchanged by relaxing while the solution that follows pulls a shut node open."""
+    rng = np.random.default_rng(seed)
+    size = 4 if seed == 0 else int(rng.integers(20, 300))
+    load = np.array([1.1, -0.9, -0.7, -0.4]) if seed == 0 else np.cumsum(rng.normal(size=size)) / np.sqrt(size)
+    supported = np.zeros(size, dtype=bool)
+    supported[0 if seed == 0 else rng.integers(0, size, 2)] = True
+    problem = cq.ContactQP(Stencil(np.ones((1, size), dtype=bool), 1.0, 0.0), load, supported=supported)
+    for start in (None, np.full(size, -1e10)):
+        assert cq.solve(problem, "active-set", tol=1e-7, warm_start=start).status == "certified"
+
+
+def test_many_lone_unknowns_do_not_make_a_line():
+    """Fewer than three entries a row on average, but one part with many."""
+    core = disk(0.04).problem
+    matrix = sparse.csr_array(sparse.block_diag([core.G, sparse.eye_array(9000)]))
+    problem = cq.ContactQP(matrix, np.concatenate([core.q, np.full(9000, -1.0)]))
+    solver = ActiveSet(problem.G, np.array(problem.q), problem.supported)
+    assert not solver.direct
+    assert cq.solve(problem, "active-set").status == "certified"

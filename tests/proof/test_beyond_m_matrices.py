@@ -1,0 +1,136 @@
+"""Enclosures beyond M-matrices."""
+
+import numpy as np
+import pytest
+from rational import adversarial_answer, assert_certificate_holds, exact_solution
+
+import contactqp as cq
+from contactqp.problem.eigenvalue import proven_least_eigenvalue
+from contactqp.proof.judge import judge
+
+FULL = np.array([[1.0, 0.9, 0.9], [0.9, 1.0, 0.9], [0.9, 0.9, 1.0]])
+"""Its eigenvalues are 2.8, 0.1, 0.1; its comparison matrix is indefinite."""
+
+
+def definite_matrix(rng, size):
+    """Return a symmetric positive definite matrix with entries of both signs, at times of scales far apart."""
+    root = rng.normal(size=(size, size))
+    matrix = root @ root.T + 10.0 ** rng.uniform(-6, 1) * np.eye(size)
+    if rng.uniform() < 0.5:
+        matrix += np.diag(np.abs(matrix).sum(axis=1)) * rng.uniform(0.3, 1.2)
+    scale = 10.0 ** rng.uniform(-3, 3, size) if rng.uniform() < 0.5 else np.ones(size)
+    matrix = scale[:, None] * matrix * scale
+    return (matrix + matrix.T) / 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", range(4))
+def test_no_claim_is_violated_in_rational_arithmetic(share):
+    kinds = set()
+    for case in range(share, 1000, 4):
+        rng = np.random.default_rng([1970, case])
+        matrix = definite_matrix(rng, rng.integers(2, 6))
+        size = len(matrix)
+        supported = rng.uniform(size=size) < 0.7 if rng.uniform() < 0.3 else None
+        q = rng.normal(size=size) * np.sqrt(np.diag(matrix)) * 10.0 ** rng.uniform(-3, 3)
+        try:
+            problem = cq.ContactQP(matrix, q, supported=supported)
+        except ValueError:
+            continue  # indefinite to rounding
+        if problem.is_m_matrix:
+            continue
+        gap, reaction = exact_solution(problem)
+        answer = adversarial_answer(rng, problem, gap)
+        try:
+            certificate = cq.certify(problem, answer)
+        except cq.UnsuitableProblemError:
+            continue
+        assert certificate.weaker
+        assert_certificate_holds(certificate, gap, reaction, answer)
+        kinds.add(certificate.barrier)
+    assert kinds == {"comparison matrix", "smallest eigenvalue"}
+
+
+def test_a_positive_off_diagonal_that_the_diagonal_dominates():
+    problem = cq.ContactQP(np.array([[1.0, 2.0], [2.0, 5.0]]), [-1.0, -1.0])
+    certificate = cq.certify(problem, [1.0, 0.0])
+    assert certificate.barrier == "comparison matrix"
+    assert certificate.gap_bound < 1e-13
+    assert certificate.contact.tolist() == [False, True]
+    assert certificate.clear.tolist() == [True, False]
+    assert repr(certificate).endswith("comparison matrix, weaker than for an M-matrix)")
+    assert judge(problem, np.array([1.0, 0.0]), tol=1e-6).status == cq.Status.CERTIFIED
+    wrong = judge(problem, np.array([0.0, 0.5]), tol=1e-6)
+    assert wrong.status == cq.Status.INACCURATE
+    assert wrong.certificate.gap_bound >= 1.0
+
+
+def test_the_comparison_bound_by_hand():
+    """⟨G⟩ = [[4, -1], [-1, 4]], v = (1/3, 1/3), s = (1, 1): ω = (0.5, 0.5) has R = (1.5, 1.5), so τ = 1.5."""
+    problem = cq.ContactQP(np.array([[4.0, 1.0], [1.0, 4.0]]), [-1.0, -1.0])
+    certificate = cq.certify(problem, [0.5, 0.5])
+    np.testing.assert_allclose(certificate.lower, 0.0)
+    np.testing.assert_allclose(certificate.upper, 1.0, rtol=1e-12)
+    assert certificate.gap_bound == pytest.approx(0.5)
+
+
+def test_the_eigenvalue_bound_by_hand():
+    """G = FULL, q = (-1, 0, 0): ω* = (1, 0, 0), R* = (0, 0.9, 0.9). At ω = (1.1, 0, 0) it is ρ = (0.1, 0, 0)."""
+    problem = cq.ContactQP(FULL, [-1.0, 0.0, 0.0])
+    certificate = cq.certify(problem, [1.1, 0.0, 0.0])
+    assert certificate.barrier == "smallest eigenvalue"
+    assert 1.0 <= certificate.gap_bound / (0.1 / 0.1) < 1.2
+    exact = cq.certify(problem, [1.0, 0.0, 0.0])
+    assert exact.gap_bound < 1e-13
+    assert exact.contact.tolist() == [False, True, True]
+
+
+@pytest.mark.parametrize("size", [1, 2, 40, 300])
+def test_the_smallest_eigenvalue_is_bounded_from_below_and_closely(size):
+    rng = np.random.default_rng(size)
+    matrix = definite_matrix(rng, size)
+    least, units = proven_least_eigenvalue(cq.ContactQP(matrix, np.zeros(size)).G)
+    exact = np.linalg.eigvalsh(units[:, None] * matrix * units).min()
+    assert 0.05 * exact < least < exact
+
+
+def test_what_is_not_positive_definite_has_no_eigenvalue_bound():
+    from scipy.sparse import csr_array
+
+    assert proven_least_eigenvalue(csr_array([[1.0, 2.0], [2.0, 1.0]])) is None
+    assert proven_least_eigenvalue(csr_array([[1.0, 1.0], [1.0, 1.0]])) is None
+    nearly = np.array([[1.0, 1.0 - 1e-16], [1.0 - 1e-16, 1.0]])
+    assert proven_least_eigenvalue(csr_array(nearly)) is None
+
+
+def test_nothing_is_claimed_where_nothing_is_known(monkeypatch):
+    monkeypatch.setattr("contactqp.problem.eigenvalue.DENSE_SIZE", 2)
+    problem = cq.ContactQP(FULL, [-1.0, 0.0, 0.0])
+    with pytest.raises(cq.UnsuitableProblemError, match="no enclosure is known"):
+        cq.certify(problem, [1.0, 0.0, 0.0])
+    solution = cq.solve(problem, "clarabel")
+    assert solution.status == cq.Status.SOLVED
+    assert solution.certificate is None
+    assert "no enclosure is known for this matrix" in repr(solution)
+    with pytest.raises(AttributeError, match="total_reaction needs a certificate"):
+        _ = solution.total_reaction
+    assert judge(problem, np.array([0.0, 0.5, 0.0]), tol=1e-6).status == cq.Status.INACCURATE
+
+
+def test_a_good_residual_under_a_weak_bound_is_solved_not_certified():
+    near = FULL + 0.0999 * (1 - np.eye(3))
+    problem = cq.ContactQP(near, [-1.0, 0.0, 0.0])
+    verdict = judge(problem, np.array([1.0 + 1e-7, 0.0, 0.0]), tol=1e-6)
+    assert verdict.status == cq.Status.SOLVED
+    assert verdict.certificate.weaker
+    assert verdict.relative_bound > 1e-6
+
+
+@pytest.mark.parametrize("size", [1e-320, 1e-200, 1e-160, 1.0, 1e160, 1e200, 1e300])
+def test_the_eigenvalue_bound_holds_to_the_edge_of_the_range(size):
+    """Squares of small residuals vanish, those of large ones overflow."""
+    problem = cq.ContactQP(FULL, [-size, 0.0, 0.0])
+    certificate = cq.certify(problem, [1.1 * size, 0.0, 0.0])
+    assert certificate.lower[0] <= size <= certificate.upper[0]
+    assert certificate.gap_bound >= 0.0999 * size
+    assert certificate.gap_bound < 2 * size + 1e-290
