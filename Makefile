@@ -35,7 +35,7 @@ tests: $(VENV)/.installed-dev  ## All tests, the code of README and docstrings, 
 	$(BIN)/python -m pytest
 
 minimums: $(MINIMUMS)/.installed  ## The fast tests with every dependency at the lowest version that pyproject.toml allows
-	NUMBA_CACHE_DIR=$(MINIMUMS)/numba $(MINIMUMS)/bin/python $(FAST)
+	NUMBA_CACHE_DIR=$(CURDIR)/$(MINIMUMS)/numba $(MINIMUMS)/bin/python $(FAST)
 
 matrix: $(VENV)/.installed-dev  ## The fast tests with every Python that is found; make matrix VERSIONS="3.12 3.13" takes these
 	$(BIN)/python tools/matrix.py $(VERSIONS)

@@ -54,12 +54,15 @@ def prepared(version: str, interpreter: str) -> str:
     folder = ROOT / f".venv-{version}"
     if not folder.exists():
         subprocess.run([UV, "venv", "--quiet", "--python", interpreter, str(folder)], check=True)
+    install = [UV, "pip", "install", "--quiet", "--python", str(folder)]
     made = subprocess.run(
-        [UV, "pip", "install", "--quiet", "--python", str(folder), "--no-build", "--editable", f"{ROOT}[test]"],
+        [*install, "--no-build", "--requirements", "pyproject.toml", "--extra", "test"],
+        cwd=ROOT,
         stderr=subprocess.PIPE,
         text=True,
     )
     if made.returncode == 0:
+        subprocess.run([*install, "--no-deps", "--editable", str(ROOT)], check=True)
         return ""
     lacking = re.search(r"\S+ has no (?:usable )?wheels[^,]*", " ".join(made.stderr.split()))
     if lacking is None:
