@@ -36,7 +36,7 @@ import contactqp as cq
 from contactqp.foundation.threads import Team
 from contactqp.gallery import ball, bowl, spiral
 from contactqp.methods.multigrid.arms import arms_of
-from contactqp.methods.multigrid.contact import nested_start
+from contactqp.methods.multigrid.nested import nested_start
 from contactqp.proof.judge import relative_bound
 
 SIZES = {

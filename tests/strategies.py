@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
 from itertools import product
 
 import numpy as np
 from hypothesis import strategies as st
 
 import contactqp as cq
+from contactqp.proof.judge import Verdict
+from contactqp.solving.solution import Run
 
 BACKENDS = ("osqp", "clarabel", "mangasarian", "psor", "multigrid", "active-set")
 
@@ -51,16 +54,21 @@ def lattice_masks(draw, max_rows=6, max_columns=6):
 
 def enumerate_solution(problem: cq.ContactQP) -> np.ndarray:
     """Return the exact solution by trying every contact set: none of the package's methods is used."""
-    matrix, q = problem.G.toarray(), problem.q
-    choices = [(True, False) if held else (True,) for held in problem.supported]
+    matrix, q, lower, upper = problem.G.toarray(), problem.q, problem.lower, problem.upper
+    choices = [
+        tuple(state for state, bound in ((0, 0.0), (-1, low), (1, high)) if np.isfinite(bound))
+        for low, high in zip(lower, upper, strict=True)
+    ]
     best, best_violation = None, np.inf
     for pattern in product(*choices):
-        free = np.array(pattern)
-        gap = np.zeros(len(q))
+        state = np.array(pattern)
+        free = state == 0
+        gap = np.where(state < 0, lower, np.where(state > 0, upper, 0.0))
         if free.any():
-            gap[free] = np.linalg.solve(matrix[np.ix_(free, free)], -q[free])
-        reaction = (matrix @ gap + q) / np.diag(matrix)
-        violation = max(0.0, -np.min(gap, where=problem.supported, initial=0.0), -np.min(reaction[~free], initial=0.0))
+            gap[free] = np.linalg.solve(matrix[np.ix_(free, free)], -(q + matrix @ gap)[free])
+        pressure = -state * (matrix @ gap + q) / np.diag(matrix)
+        outside = np.maximum(lower - gap, gap - upper)[free]
+        violation = max(0.0, np.max(outside, initial=0.0), -np.min(pressure, initial=0.0))
         if violation < best_violation:
             best, best_violation = gap, violation
     assert best is not None
@@ -73,3 +81,28 @@ def touching_softly(nodes: int, factor: float) -> cq.Membrane:
     free = cq.solve(cq.Membrane(lattice, 1.0, 4.0, np.inf), "multigrid", tol=1e-11).deflection
     square = (lattice.node_x - 0.5) ** 2 + (lattice.node_y - 0.5) ** 2
     return cq.Membrane(lattice, 1.0, 4.0, lattice.scatter(free + factor * (square**2 - 1e-4), fill=1.0))
+
+
+def altered(solution: cq.Solution, **changes: object) -> cq.Solution:
+    """Return a copy of a solution with other facts of its run or its verdict, or another tolerance."""
+    parts = {
+        name: {field.name: changes.pop(field.name) for field in fields(kind) if field.name in changes}
+        for name, kind in (("run", Run), ("verdict", Verdict))
+    }
+    request = solution.request
+    if "tol" in changes:
+        request = replace(request, tolerance=replace(request.tolerance, tol=changes.pop("tol")))
+    assert not changes, changes
+    run, verdict = replace(solution.run, **parts["run"]), replace(solution.verdict, **parts["verdict"])
+    return replace(solution, request=request, run=run, verdict=verdict)
+
+
+@st.composite
+def bounds(draw, size):
+    """Lower and upper bounds of every kind: none, one, both, equal ones."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    kind = rng.integers(0, 5, size)
+    lower = np.where(np.isin(kind, (1, 3, 4)), rng.choice([0.0, 1.0], size) * rng.normal(size=size), -np.inf)
+    width = np.where(kind == 4, rng.choice([0.0, 1e-9], size), rng.uniform(0.1, 2.0, size))
+    upper = np.where(np.isin(kind, (3, 4)), lower + width, np.where(kind == 2, rng.normal(size=size), np.inf))
+    return lower, upper

@@ -34,6 +34,7 @@ from .proof.residuals import Residuals
 from .proof.status import Status
 from .solving.solution import Solution
 from .solving.solve import solve
+from .solving.solver import Solver
 
 __all__ = [
     "Cable",
@@ -52,6 +53,7 @@ __all__ = [
     "NotCertifiedError",
     "Residuals",
     "Solution",
+    "Solver",
     "Status",
     "Stencil",
     "Touchdown",

@@ -14,7 +14,6 @@ from .models.base import ContactModel
 from .problem.contact_qp import ContactQP
 from .proof.certificate import Certificate
 from .proof.judge import Verdict, judge
-from .proof.residuals import natural_map
 from .solving.solution import Solution
 
 _SHOWN = 5
@@ -67,7 +66,7 @@ def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, t
     residuals = verdict.residuals
     assert residuals is not None
     reaction = algebra.reaction(omega)
-    natural = natural_map(algebra, omega, reaction)
+    natural = algebra.bounds.natural_map(omega, reaction / algebra.stiffness.diagonal())
     worst = int(np.argmax(np.abs(natural)))
     kind = "natural residual" if verdict.certificate is None else "certified bound"
     raise AssertionError(

@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from strategies import BACKENDS
+from strategies import BACKENDS, altered
 
 import contactqp as cq
 from contactqp.comparison.comparison import Comparison
@@ -87,10 +87,7 @@ def forged(comparison, name, gap):
 
     old = comparison.solutions[name]
     verdict = judge(old.problem, gap, old.tol)
-    new = replace(
-        old, gap=gap, status=verdict.status, residuals=verdict.residuals, first_certificate=verdict.certificate,
-        first_relative_bound=verdict.relative_bound,
-    )  # fmt: skip
+    new = replace(old, run=replace(old.run, gap=gap), verdict=verdict)
     rows = [row_of(new, name) if row.backend == name else row for row in comparison.rows]
     return Comparison(comparison.problem, comparison.subject, comparison.tol, rows, comparison.solutions | {name: new})
 
@@ -114,7 +111,7 @@ def test_enclosures_that_exclude_each_other_convict_the_odd_one_out(agreeing):
 
     old = agreeing.solutions["psor"]
     impossible = replace(old.certificate, lower=old.certificate.lower + 1.0, upper=old.certificate.upper + 1.0)
-    solutions = agreeing.solutions | {"psor": replace(old, first_certificate=impossible)}
+    solutions = agreeing.solutions | {"psor": altered(old, certificate=impossible)}
     wrong = Comparison(agreeing.problem, agreeing.subject, agreeing.tol, agreeing.rows, solutions)
     assert not wrong.agree
     assert wrong.culprits == {"psor": "excludes the answers of 5 of 5 other backends"}

@@ -9,10 +9,11 @@ from strategies import m_matrices, problems
 
 import contactqp as cq
 from contactqp.algebra.stencil import Stencil
-from contactqp.methods.active_set.primal_dual import DIRECT_SIZE, ActiveSet
+from contactqp.methods.active_set.primal_dual import ActiveSet
 from contactqp.methods.amg import sparse_kernels
 from contactqp.methods.amg.aggregation import _aggregate, _compiled, aggregate
 from contactqp.methods.amg.amg import Amg
+from contactqp.methods.factors import DIRECT_SIZE
 
 
 def disk(spacing=0.02, load=8.0, support=0.3):
@@ -71,7 +72,7 @@ def test_the_cycle_is_a_symmetric_preconditioner_whose_iterations_hardly_grow():
         problem = disk(spacing).problem
         rng = np.random.default_rng(0)
         open_nodes = rng.uniform(size=problem.size) < 0.9
-        amg = Amg(problem.G, open_nodes=open_nodes)
+        amg = Amg(problem.G, free=open_nodes)
         first, second = rng.normal(size=(2, problem.size)) * open_nodes
         assert first @ amg.cycle(second) == pytest.approx(second @ amg.cycle(first), rel=1e-8)
         assert first @ amg.cycle(first) > 0
@@ -95,7 +96,7 @@ def test_the_cycle_is_a_symmetric_preconditioner_whose_iterations_hardly_grow():
 
 def test_a_step_by_hand():
     """G = [[2, -1], [-1, 2]], q = (-1, 3): node 0 opens by ½, node 1 stays shut with R = 2.5."""
-    solver = ActiveSet(sparse.csr_array([[2.0, -1.0], [-1.0, 2.0]]), np.array([-1.0, 3.0]), np.ones(2, dtype=bool))
+    solver = ActiveSet(sparse.csr_array([[2.0, -1.0], [-1.0, 2.0]]), np.array([-1.0, 3.0]), np.zeros(2))
     assert solver.step().exchanged == 1
     assert solver.step().finished
     np.testing.assert_array_equal(solver.omega, [0.5, 0.0])
@@ -207,6 +208,6 @@ def test_many_lone_unknowns_do_not_make_a_line():
     core = disk(0.04).problem
     matrix = sparse.csr_array(sparse.block_diag([core.G, sparse.eye_array(9000)]))
     problem = cq.ContactQP(matrix, np.concatenate([core.q, np.full(9000, -1.0)]))
-    solver = ActiveSet(problem.G, np.array(problem.q), problem.supported)
+    solver = ActiveSet(problem.G, problem.q, problem.lower)
     assert not solver.direct
     assert cq.solve(problem, "active-set").status == "certified"

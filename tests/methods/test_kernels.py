@@ -61,7 +61,7 @@ def test_runs_by_hand():
     np.testing.assert_array_equal(Layout(mask).runs, [[1, 1, 2, 0, 1], [1, 3, 5, 1, 1], [3, 1, 5, 3, 1]])
     supported = np.array([[True, False, True, False], [False] * 4, [True, False, False, True]])
     kinds = [[1, 1, 2, 0, 1], [1, 3, 4, 1, 1], [1, 4, 5, 2, 0], [3, 1, 2, 3, 1], [3, 2, 4, 4, 0], [3, 4, 5, 6, 1]]
-    np.testing.assert_array_equal(Layout(mask, supported).runs, kinds)
+    np.testing.assert_array_equal(Layout(mask, supported.astype(np.uint8)).runs, kinds)
     np.testing.assert_array_equal(Layout(mask).row_start, [0, 0, 2, 2, 3, 3])
 
 

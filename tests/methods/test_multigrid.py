@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import linalg
-from strategies import lattice_masks
+from strategies import bounds, lattice_masks
 
 import contactqp as cq
 from contactqp.algebra.stencil import Stencil
@@ -20,10 +20,11 @@ from contactqp.foundation.threads import Team
 from contactqp.geometry.numbering import Layout
 from contactqp.methods.multigrid import contact
 from contactqp.methods.multigrid.arms import Arms, arms_of, coarsening
-from contactqp.methods.multigrid.contact import ContactMultigrid, nested_start
+from contactqp.methods.multigrid.contact import NO_LIMITS, ContactMultigrid
 from contactqp.methods.multigrid.hierarchy import Hierarchy
 from contactqp.methods.multigrid.level_kernels import level_kernels, transfer_kernels
 from contactqp.methods.multigrid.linear import solve_linear
+from contactqp.methods.multigrid.nested import nested_start
 from contactqp.methods.multigrid.net_kernels import exchange_kernels, net_kernels, start_from_coarse
 
 
@@ -71,24 +72,31 @@ def nets(draw, max_side=11):
         arms = (0.25, 0.25) if kind == "equal" else (0.01, 0.49)
     stencil = Stencil(mask, *arms)
     supported = rng.uniform(size=stencil.size) < draw(st.sampled_from([1.0, 0.7]))
-    problem = cq.ContactQP(stencil, rng.normal(size=stencil.size), supported=supported)
+    lower, upper = (0.0, np.inf) if draw(st.booleans()) else draw(bounds(stencil.size))
+    problem = cq.ContactQP(stencil, rng.normal(size=stencil.size), lower, upper, supported=supported)
     return arms_of(stencil, problem.layout), problem, rng
+
+
+def admissible(problem, rng):
+    """Return a gap between the bounds, at a bound at many nodes."""
+    return problem.project(rng.normal(size=problem.size))
 
 
 @given(nets(), st.integers(1, 6))
 def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
     net, problem, rng = case
     layout = net.layout
-    omega = layout.grid(np.where(problem.supported, rng.uniform(0, 1, problem.size), rng.normal(size=problem.size)))
+    omega = layout.grid(admissible(problem, rng))
     expected = layout.vector(omega)
     rows, columns = np.nonzero(layout.mask)
     matrix = problem.G.toarray()
     for half in range(count):
         for i in np.flatnonzero((rows + columns) % 2 == half % 2):
             value = expected[i] - (matrix[i] @ expected + problem.q[i]) / matrix[i, i]
-            expected[i] = max(0.0, value) if problem.supported[i] else value
+            expected[i] = min(problem.upper[i], max(problem.lower[i], value))
     sweep = net_kernels(net.varying).sweep
-    arguments = omega, layout.grid(problem.q), net.across, net.along, layout.runs, layout.row_start
+    limits = problem.bound_grids()
+    arguments = omega, layout.grid(problem.q), net.across, net.along, *limits, layout.runs, layout.row_start
     middle = 1 + net.rows // 2
     strips = (
         [(1, middle), (middle, net.rows + 1)]
@@ -108,37 +116,42 @@ def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
 def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, precision):
     net, problem, rng = case
     layout = net.layout
-    gap = np.where(problem.supported, rng.uniform(-1, 1, problem.size).clip(0), rng.normal(size=problem.size))
+    gap = admissible(problem, rng)
     hierarchy = Hierarchy(net, Team(1))
     plan = hierarchy.levels[0].plan
     coarse = np.zeros((plan.rows + 2, plan.columns + 2), dtype=precision)
     slope = 0.3
     changes, worst = exchange_kernels(net.varying, precision).restrict_residual(
-        layout.grid(gap), layout.grid(problem.q), net.across, net.along, layout.runs, layout.row_start,
-        hierarchy.active, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening, slope, 1,
-        plan.rows + 1,
+        layout.grid(gap), layout.grid(problem.q), net.across, net.along, *problem.bound_grids(), layout.runs,
+        layout.row_start, hierarchy.free, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening,
+        slope, 1, plan.rows + 1,
     )  # fmt: skip
     reaction = problem.reaction(gap)
-    active = ~problem.supported | (gap > 0)
+    free = (gap > problem.lower) & (gap < problem.upper)
     grid = np.zeros(layout.mask.shape)
-    grid[layout.mask] = np.where(active, -reaction, 0.0)
+    grid[layout.mask] = np.where(free, -reaction, 0.0)
     expected = interpolation(plan, net.rows, net.columns).T @ grid.ravel()
     np.testing.assert_allclose(coarse[1:-1, 1:-1].ravel(), expected, atol=1e-5 if precision == "float32" else 1e-12)
-    assert changes == np.count_nonzero(~active)
-    np.testing.assert_array_equal(hierarchy.active[1:-1, 1:-1][layout.mask], active)
+    assert changes == np.count_nonzero(~free)
+    np.testing.assert_array_equal(hierarchy.free[1:-1, 1:-1][layout.mask], free)
     hierarchy.changed[:] = 0
     again = gap.copy()
     flip = int(rng.integers(0, problem.size))
-    again[flip] = 0.0 if gap[flip] > 0 else 1.0
+    low, high = problem.lower[flip], problem.upper[flip]
+    bound = low if np.isfinite(low) else high
+    again[flip] = bound if free[flip] and np.isfinite(bound) else low + min(1.0, (high - low) / 2)
+    if not np.isfinite(low):
+        again[flip] = bound if free[flip] and np.isfinite(bound) else min(high, 0.0) - 1.0
+    now_free = low < again[flip] < high
     changes, _ = exchange_kernels(net.varying, precision).restrict_residual(
-        layout.grid(again), layout.grid(problem.q), net.across, net.along, layout.runs, layout.row_start,
-        hierarchy.active, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening, slope, 1,
-        plan.rows + 1,
+        layout.grid(again), layout.grid(problem.q), net.across, net.along, *problem.bound_grids(), layout.runs,
+        layout.row_start, hierarchy.free, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening,
+        slope, 1, plan.rows + 1,
     )  # fmt: skip
-    assert changes == problem.supported[flip]
+    assert changes == (now_free != free[flip])
     assert np.flatnonzero(hierarchy.changed).tolist() == [np.nonzero(layout.mask)[0][flip] + 1] * changes
-    violation = np.maximum(-reaction, np.minimum(reaction, slope * gap))
-    violation = np.where(problem.supported, violation, np.abs(reaction))
+    upwards = np.minimum(-reaction, slope * (problem.upper - gap))
+    violation = np.maximum(upwards, np.minimum(reaction, slope * (gap - problem.lower)))
     assert worst == pytest.approx(max(0.0, violation.max()), abs=1e-12)
 
 
@@ -148,13 +161,13 @@ def test_coarse_operators_are_galerkin_products_of_the_truncated_operator(case):
     net, problem, rng = case
     hierarchy = Hierarchy(net, Team(1))
     active = rng.uniform(size=problem.size) < 0.8
-    hierarchy.active[1:-1, 1:-1][net.layout.mask] = active
+    hierarchy.free[1:-1, 1:-1][net.layout.mask] = active
     hierarchy.update()
     # Then in one row, so that only what depends on it is computed anew.
     rows = np.nonzero(net.layout.mask)[0]
     row = rng.integers(0, net.rows)
     active = np.where(rows == row, rng.uniform(size=problem.size) < 0.5, active)
-    hierarchy.active[1:-1, 1:-1][net.layout.mask] = active
+    hierarchy.free[1:-1, 1:-1][net.layout.mask] = active
     hierarchy.changed[row + 1] = 1
     hierarchy.update()
     truncated = np.zeros((net.rows * net.columns,) * 2)
@@ -178,7 +191,7 @@ def test_the_coarse_operator_of_the_five_point_one_is_that_of_bilinear_elements(
     """By hand: Pᵀ A P for A = 4 u - (four neighbours) is (1/4)[-1 -1 -1; -1 8 -1; -1 -1 -1] + ... = 3 at the centre."""
     net = Arms(Layout(np.ones((15, 15), dtype=bool)), 1.0, 1.0)
     hierarchy = Hierarchy(net, Team(1))
-    hierarchy.active[1:-1, 1:-1] = 1
+    hierarchy.free[1:-1, 1:-1] = 1
     hierarchy.update()
     centre, east, north, north_east, north_west, factor = hierarchy.levels[0].stencil[:, 4, 4]
     assert (centre, east, north, north_east, north_west) == (3.0, -0.5, -0.5, -0.25, -0.25)
@@ -190,7 +203,7 @@ def test_the_coarse_operator_of_the_five_point_one_is_that_of_bilinear_elements(
 def test_passes_on_a_level_are_those_of_its_matrix(case, precisions):
     net, _, rng = case
     hierarchy = Hierarchy(net, Team(1))
-    hierarchy.active[1:-1, 1:-1][net.layout.mask] = 1
+    hierarchy.free[1:-1, 1:-1][net.layout.mask] = 1
     hierarchy.update()
     level = hierarchy.levels[0]
     coarse_plan = hierarchy.levels[min(1, len(hierarchy.levels) - 1)].plan
@@ -227,20 +240,21 @@ def test_passes_on_a_level_are_those_of_its_matrix(case, precisions):
 def test_corrections_are_projected_and_the_line_search_knows_the_energy(case):
     net, problem, rng = case
     layout = net.layout
-    gap = np.where(problem.supported, rng.uniform(-1, 1, problem.size).clip(0), rng.normal(size=problem.size))
+    gap = admissible(problem, rng)
     omega, corrected = layout.grid(gap), layout.zeros()
     plan = Hierarchy(net, Team(1)).levels[0].plan
     coarse = np.zeros((plan.rows + 2, plan.columns + 2))
     coarse[1:-1, 1:-1] = rng.normal(size=(plan.rows, plan.columns))
     cut = exchange_kernels(net.varying, "float64").correct(
-        omega, corrected, coarse, plan.row_coarsening, plan.column_coarsening, layout.runs, layout.row_start,
-        1, net.rows + 1,
+        omega, corrected, coarse, plan.row_coarsening, plan.column_coarsening, *problem.bound_grids(), layout.runs,
+        layout.row_start, 1, net.rows + 1,
     )  # fmt: skip
     step = (interpolation(plan, net.rows, net.columns) @ coarse[1:-1, 1:-1].ravel()).reshape(layout.mask.shape)
-    wanted = gap + np.where(~problem.supported | (gap > 0), step[layout.mask], 0.0)
-    expected = np.where(problem.supported, np.maximum(wanted, 0.0), wanted)
+    free = (gap > problem.lower) & (gap < problem.upper)
+    wanted = gap + np.where(free, step[layout.mask], 0.0)
+    expected = problem.project(wanted)
     np.testing.assert_allclose(layout.vector(corrected), expected, atol=1e-13)
-    assert cut == np.count_nonzero(problem.supported & (wanted < 0))
+    assert cut == np.count_nonzero((wanted < problem.lower) | (wanted > problem.upper))
     slope, curvature = net_kernels(net.varying).energy_slope(
         omega, corrected, layout.grid(problem.q), net.across, net.along, layout.runs, layout.row_start, 1, net.rows + 1
     )
@@ -255,7 +269,7 @@ def test_the_start_interpolates_the_deflection():
     net = Arms(Layout(np.ones((1, 5), dtype=bool)), 1.0, 0.0)
     height, omega, coarse = net.layout.grid(np.ones(5)), net.layout.zeros(), np.zeros((3, 4))
     coarse[1, 1:3] = 0.4, 2.0
-    start_from_coarse(omega, height, coarse, 1, 2, net.layout.runs, net.layout.row_start, 1, 2)
+    start_from_coarse(omega, height, coarse, 1, 2, *NO_LIMITS, net.layout.runs, net.layout.row_start, 1, 2)
     np.testing.assert_allclose(net.layout.vector(omega), [0.8, 0.6, 0.0, 0.0, 0.0])
 
 

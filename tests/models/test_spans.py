@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from strategies import BACKENDS
+from strategies import BACKENDS, altered
 
 import contactqp as cq
 from contactqp import gallery
@@ -178,13 +178,13 @@ def test_an_undecided_touchdown_is_not_certain():
 def with_contact(solution, contact):
     """Return the solution as of a backend that has other nodes in contact."""
     copy = dataclasses.replace(solution)
-    copy.__dict__["contact"] = contact
+    copy.__dict__["_contact"] = contact, np.zeros_like(contact), contact
     return copy
 
 
 def test_without_a_certificate_nothing_is_certain():
     cable, _ = gallery.cable_on_floor(nodes=9, contact_starts_after=2)
-    bare = dataclasses.replace(cq.solve(cable, "active-set"), first_certificate=None)
+    bare = altered(cq.solve(cable, "active-set"), certificate=None)
     assert bare.certificate is None
     spans = cable.spans(bare)
     assert spans["kind"].tolist() == ["free", "contact", "free"]
@@ -202,6 +202,6 @@ def test_spans_of_something_else_are_refused():
         cable.spans(cq.solve(other, "active-set"))
     with pytest.warns(cq.ContactWarning):
         failed = cq.solve(cable, "clarabel", max_iter=1, tol=1e-15)
-    nothing = dataclasses.replace(failed, gap=np.full(9, np.nan), residuals=None, first_certificate=None)
+    nothing = altered(failed, gap=np.full(9, np.nan), residuals=None, certificate=None)
     with pytest.raises(ValueError, match="holds no finite answer"):
         cable.spans(nothing)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import matplotlib.image
 import numpy as np
 import pytest
-from strategies import BACKENDS
+from strategies import BACKENDS, altered
 from typer.testing import CliRunner
 
 import contactqp as cq
@@ -116,7 +116,7 @@ def test_what_is_not_verified_is_said(found):
     assert not shrinking.ok
     assert "NOT proven: the gap grows between load 0.01 and 0.02" in table.remarks(shrinking)[-2]
     forged = cq.certify(found.unloaded.problem, np.full(1857, 0.5), effort="fast")
-    vague = replace(found.path.solutions[0], first_certificate=forged)
+    vague = altered(found.path.solutions[0], certificate=forged)
     vague.__dict__["certificate"] = forged
     unsure = replace(found, path=replace(found.path, solutions=(vague, *found.path.solutions[1:])))
     assert not unsure.decided

@@ -207,7 +207,7 @@ def test_large_matrices_get_their_barrier_by_conjugate_gradients(monkeypatch):
     matrix = cq.Membrane(cq.Frame.disk(1.0).lattice(0.025), 1.0, 1.0, 1.0).problem.G
     problem = cq.ContactQP(matrix, np.ones(matrix.shape[0]))
     assert problem.is_m_matrix
-    monkeypatch.setattr(barriers, "_DIRECT_SIZE", 10**6)
+    monkeypatch.setattr(barriers, "DIRECT_SIZE", 10**6)
     direct = find_barrier(problem.stiffness)
     assert direct is not None
     np.testing.assert_allclose(problem.barrier.v, direct.v, rtol=0.2)

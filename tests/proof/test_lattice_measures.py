@@ -1,25 +1,26 @@
 """The compiled passes of judge and certificate say what the passes in numpy say."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from strategies import lattice_masks
+from strategies import bounds, lattice_masks
 
 import contactqp as cq
 from contactqp.algebra.stencil import Stencil
-from contactqp.proof import lattice_measures as lattice_bounds
-from contactqp.proof.judge import answer_scale, judge, relative_bound
-from contactqp.proof.residuals import compute_residuals
+from contactqp.proof import lattice_measures
+from contactqp.proof.judge import judge
+from contactqp.proof.measure import measure
 
 
 def both(problem, gap, monkeypatch):
     found = []
     for least in (0, 10**9):
-        monkeypatch.setattr(lattice_bounds, "_WORTH_COMPILED_PASSES", least)
-        found.append(
-            (cq.certify(problem, gap, effort="fast"), compute_residuals(problem, gap), relative_bound(problem, gap))
-        )
+        monkeypatch.setattr(lattice_measures, "_WORTH_COMPILED_PASSES", least)
+        measures = measure(problem, gap)
+        found.append((measures.certificate(), asdict(measures.residuals), measures.relative_bound))
     return found
 
 
@@ -30,14 +31,18 @@ def both(problem, gap, monkeypatch):
     seed=st.integers(0, 999),
     noise=st.sampled_from([0.0, 1e-9, 1e-3]),
     everywhere=st.booleans(),
+    one_sided=st.booleans(),
+    data=st.data(),
 )
-def test_compiled_bounds_are_those_of_numpy(mask, arms, seed, noise, everywhere):
+def test_compiled_bounds_are_those_of_numpy(mask, arms, seed, noise, everywhere, one_sided, data):
     rng = np.random.default_rng(seed)
     size = int(mask.sum())
     supported = None if everywhere else rng.uniform(size=size) < 0.8
-    problem = cq.ContactQP(Stencil(mask, *arms), rng.normal(size=size), supported=supported)
-    problem.reference = rng.normal(size=size)
-    gap = cq.solve(problem, "clarabel", on_failure="ignore").gap + noise * rng.normal(size=size)
+    lower, upper = (0.0, np.inf) if one_sided else data.draw(bounds(size))
+    problem = cq.ContactQP(
+        Stencil(mask, *arms), rng.normal(size=size), lower, upper, supported=supported, reference=rng.normal(size=size)
+    )
+    gap = cq.solve(problem, "active-set", on_failure="ignore").gap + noise * rng.normal(size=size)
     with pytest.MonkeyPatch.context() as monkeypatch:
         (fast, measures, bound), (slow, residuals, slow_bound) = both(problem, gap, monkeypatch)
     same = fast.contact == slow.contact  # beside the frame the compiled pass proves less
@@ -47,7 +52,9 @@ def test_compiled_bounds_are_those_of_numpy(mask, arms, seed, noise, everywhere)
     assert fast.gap_bound == pytest.approx(slow.gap_bound, rel=1e-6, abs=1e-13)
     assert (fast.clear == slow.clear).mean() > 0.99 or noise == 0
     assert not (fast.contact & slow.clear).any()
-    assert measures.to_dict() == pytest.approx(residuals.to_dict(), rel=1e-9, abs=1e-11)
+    assert (fast.contact_upper <= fast.contact).all()
+    assert not (fast.contact_upper & slow.contact_lower).any()
+    assert measures == pytest.approx(residuals, rel=1e-9, abs=1e-11)
     assert slow_bound * (1 - 1e-6) <= bound <= 2.1 * slow_bound + 1e-13
 
 
@@ -89,10 +96,10 @@ def test_large_numbers_overflow_in_both_or_in_neither(monkeypatch):
 
 
 def test_any_kind_of_gap_is_taken(monkeypatch):
-    monkeypatch.setattr(lattice_bounds, "_WORTH_COMPILED_PASSES", 0)
+    monkeypatch.setattr(lattice_measures, "_WORTH_COMPILED_PASSES", 0)
     problem = cq.ContactQP(Stencil(np.ones((3, 3), dtype=bool), 1.0, 1.0), np.full(9, -1.0))
     for gap in (np.zeros(18)[::2], np.zeros(9, dtype=np.float32), np.zeros(9, dtype=int)):
-        assert relative_bound(problem, gap) == relative_bound(problem, np.zeros(9))
+        assert measure(problem, gap).relative_bound == measure(problem, np.zeros(9)).relative_bound
         assert judge(problem, gap, 1e-6).certificate is not None
 
 
@@ -101,6 +108,6 @@ def test_the_bound_that_stops_is_that_of_the_judge_on_a_ring(monkeypatch):
     mask = (radius < 40) & (radius > 36)
     problem = cq.ContactQP(Stencil(mask, 1.0, 1.0), np.full(mask.sum(), -1.0))
     for certificate, _, bound in both(problem, np.full(mask.sum(), 1e-3), monkeypatch):
-        assert bound * answer_scale(problem, np.full(mask.sum(), 1e-3)) == pytest.approx(
+        assert bound * measure(problem, np.full(mask.sum(), 1e-3)).scale == pytest.approx(
             certificate.gap_bound, rel=0.01
         )

@@ -141,7 +141,7 @@ def test_the_tolerance_can_be_set(alone, configured, options, tol):
 
 
 def test_a_backend_without_its_library_is_left_out_unless_it_is_named(alone, monkeypatch):
-    monkeypatch.setattr(get_backend("osqp"), "version", classmethod(lambda cls: None))
+    monkeypatch.setattr(type(get_backend("osqp")), "version", lambda self: None)
     alone.makepyfile(SETTINGS.format([name for name in INSTALLED if name != "osqp"], 1e-6))
     alone.runpytest_inprocess().assert_outcomes(passed=1)
     result = alone.runpytest_inprocess("--contact-backends=clarabel,osqp")

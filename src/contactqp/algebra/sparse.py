@@ -7,27 +7,53 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..foundation.checks import Vector, real_array
+from ..foundation.checks import Mask, Vector, real_array
+from .compensated import Chain, two_product
+from .definiteness import refuse_indefinite, weakly_dominant
+from .stiffness import Stiffness
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
+
+    from .stencil import Stencil
 
 
 _ASYMMETRY = 1e-12
 """Relative difference of G_ij and G_ji that is taken for rounding and averaged away."""
 
 
-class SparseStiffness:
+class SparseStiffness(Stiffness):
     """G held as a sparse array.
 
     Parameters
     ----------
     matrix : csr_array, shape (n, n)
-        Must come from `checked_matrix`.
+        Symmetric, with a positive diagonal and sorted column numbers; `of` checks that.
     """
 
     def __init__(self, matrix: csr_array) -> None:
         self._matrix = matrix
+
+    @classmethod
+    def of(cls, value: Any) -> SparseStiffness:
+        """Return a matrix that the user brings, checked to be symmetric and positive definite.
+
+        Of a matrix that is diagonally dominant the proof is left to the barrier, which every use of it needs anyway.
+
+        Parameters
+        ----------
+        value : sparse array, sparse matrix or dense array, shape (n, n)
+
+        Raises
+        ------
+        TypeError, ValueError
+            See `checked_matrix`; or if it is not positive definite.
+        """
+        matrix = checked_matrix(value)
+        if not weakly_dominant(matrix):
+            refuse_indefinite(matrix)
+        matrix.data.setflags(write=False)
+        return cls(matrix)
 
     @property
     def size(self) -> int:
@@ -39,21 +65,80 @@ class SparseStiffness:
         """Number of stored entries."""
         return int(self._matrix.nnz)
 
+    @property
+    def finite(self) -> bool:
+        """Whether all entries are finite."""
+        return bool(np.isfinite(self._matrix.data).all())
+
+    @cached_property
+    def longest_row(self) -> int:
+        """Largest number of entries in a row."""
+        return int(np.diff(self._matrix.indptr).max())
+
+    @cached_property
+    def positive_off_diagonal(self) -> tuple[int, int, float] | None:
+        """Row, column and value of the largest positive off-diagonal entry, or None for a Z-matrix."""
+        entries = self._matrix.tocoo()
+        i, j = entries.coords
+        off = np.where(i != j, entries.data, 0.0)
+        worst = int(np.argmax(off))
+        return (int(i[worst]), int(j[worst]), float(off[worst])) if off[worst] > 0 else None
+
+    def recognised_lattice(self) -> Stencil | None:
+        """Return the rectangular lattice whose five-point matrix this is, up to rounding, or None."""
+        from .rectangle import rectangle_of
+
+        return rectangle_of(self._matrix)
+
     def matvec(self, vector: Vector) -> Vector:
         """Return G times ``vector``."""
         return np.asarray(self._matrix @ vector)
+
+    def modulus_matvec(self, vector: Vector) -> Vector:
+        """Return |G| times ``vector``, for a Z-matrix without a second matrix."""
+        if self.positive_off_diagonal is None:
+            return np.asarray(self.diagonal() * (2 * vector) - self.matvec(vector))
+        return np.asarray(self._modulus @ vector)
+
+    def _moduli(self, vector: Vector, product: Vector) -> Vector:
+        if self.positive_off_diagonal is None and vector.min() >= 0:
+            return np.asarray(self.diagonal() * (2 * vector) - product)
+        return self.modulus_matvec(np.abs(vector))
 
     def diagonal(self) -> Vector:
         """Return the diagonal."""
         return np.asarray(self._matrix.diagonal())
 
-    def modulus_matvec(self, vector: Vector) -> Vector:
-        """Return |G| times ``vector``."""
-        return np.asarray(self._modulus @ vector)
-
     @cached_property
     def _modulus(self) -> csr_array:
         return abs(self._matrix)
+
+    def accurate_product(self, high: Vector, low: Vector, force: Vector) -> tuple[Vector, Vector]:
+        """Add entry times gap, the first entry of every row, then the second of those that have one, and so on."""
+        matrix = self._matrix
+        length = np.diff(matrix.indptr)
+        order = np.argsort(-length, kind="stable")
+        starts = matrix.indptr[:-1][order]
+        ascending = np.sort(length)
+        with np.errstate(over="ignore", invalid="ignore"):
+            chain = Chain(force[order])
+            for k in range(int(ascending[-1])):
+                count = int(length.size - np.searchsorted(ascending, k, side="right"))
+                places = starts[:count] + k
+                entry, column = matrix.data[places], matrix.indices[places]
+                product, error = two_product(entry, high[column])
+                chain.add(product, error, entry * low[column])
+            total, error_bound = chain.result(int(ascending[-1]) + 1)
+        result, bound = np.empty_like(total), np.empty_like(total)
+        result[order], bound[order] = total, error_bound
+        return result, bound
+
+    def restricted(self, free: Mask) -> SparseStiffness:
+        """Return the rows and columns of some unknowns."""
+        chosen = np.flatnonzero(free)
+        if chosen.size == free.size:
+            return self
+        return SparseStiffness(self._matrix[chosen][:, chosen])
 
     def comparison(self) -> SparseStiffness:
         """Return the comparison matrix: the diagonal of G, and -|G_ij| beside it."""
@@ -61,17 +146,26 @@ class SparseStiffness:
 
         return SparseStiffness((sparse.diags_array(2 * self.diagonal()) - self._modulus).tocsr())
 
-    @property
-    def finite(self) -> bool:
-        """Whether all entries are finite."""
-        return bool(np.isfinite(self._matrix.data).all())
+    def dimensionless(self) -> tuple[SparseStiffness, Vector, float]:
+        """Return the matrix with a diagonal of ones, the units of its unknowns, and the largest diagonal entry."""
+        diagonal = self.diagonal()
+        largest = float(diagonal.max())
+        units = np.sqrt(largest / diagonal)
+        return self.balanced(units / np.sqrt(largest)), units, largest
+
+    def in_units(self, units: float | Vector) -> SparseStiffness:
+        """See `Stiffness.in_units`."""
+        return self.balanced(np.broadcast_to(units, (self.size,)))
 
     def balanced(self, weights: Vector) -> SparseStiffness:
-        """Return the matrix with the entries weights_i G_ij weights_j."""
+        """Return the matrix with the entries weights_i G_ij weights_j, for weights > 0, which leave signs alone."""
         rows = np.repeat(np.arange(self.size), np.diff(self._matrix.indptr))
         matrix = self._matrix.copy()
         matrix.data *= weights[rows] * weights[matrix.indices]
-        return SparseStiffness(matrix)
+        found = SparseStiffness(matrix)
+        if self.positive_off_diagonal is None:
+            found.positive_off_diagonal = None
+        return found
 
     def tocsr(self) -> csr_array:
         """Return the sparse array itself."""

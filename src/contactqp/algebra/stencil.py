@@ -9,15 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector, read_only, real_array
-from ..geometry.numbering import Layout, Nodes, bounding_box
+from ..foundation.rounding import DIFFERENCES, UNDERFLOW, gamma
+from ..geometry.numbering import Numbering
+from .compensated import Chain, two_product, two_sum
+from .stiffness import LatticeStiffness
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 _Grid = NDArray[np.float64]
 
+_POINTS_AT_ONCE = 1 << 15
+"""Points of a lattice whose intermediate results stay in the processor's cache."""
 
-class Stencil:
+
+class Stencil(LatticeStiffness):
     """Five-point stiffness G on a lattice: each node is joined to its four neighbours by arms.
 
     G_ii is the sum of the stiffnesses of the node's four arms, G_ij = -(stiffness of the arm) for two nodes
@@ -49,44 +55,44 @@ class Stencil:
     """
 
     def __init__(self, mask: Mask, horizontal: float | _Grid, vertical: float | _Grid) -> None:
-        self.mask = _checked_mask(mask)
+        self.numbering = Numbering(_checked_mask(mask))
         rows, columns = self.mask.shape
         self.horizontal = _arms(horizontal, (rows, columns + 1), "horizontal")
         self.vertical = _arms(vertical, (rows + 1, columns), "vertical")
-        if not self._least_diagonal() > 0:
-            raise ValueError("every node needs at least one arm of positive stiffness")
-        if not self.finite:
-            raise ValueError(
-                "the stiffness of a node's arms together overflows: horizontal and vertical have values up to "
-                f"{max(self.horizontal.max(), self.vertical.max()):g}; take larger units"
-            )
+        self._refuse_extremes()
         if not self.uniform and not (self.horizontal.all() and self.vertical.all()):
             self._refuse_floating_parts()
 
     @property
-    def uniform(self) -> bool:
-        """Whether all horizontal arms are equal, and all vertical ones."""
-        return self.horizontal.ndim == 0 and self.vertical.ndim == 0
-
-    @cached_property
     def size(self) -> int:
         """Number of nodes."""
-        return int(np.count_nonzero(self.mask))
+        return self.numbering.size
+
+    @property
+    def longest_row(self) -> int:
+        """Largest number of entries in a row: a node and its four neighbours."""
+        return 5
+
+    @property
+    def positive_off_diagonal(self) -> None:
+        """None: a stencil is a Z-matrix."""
+        return None
+
+    @property
+    def lattice(self) -> Stencil:
+        """The stencil itself."""
+        return self
+
+    @property
+    def without_fill(self) -> bool:
+        """Whether the lattice is a line."""
+        return 1 in self.mask.shape
 
     @cached_property
     def nonzeros(self) -> int:
         """Number of nonzero entries of G."""
         west, south = self._node_arms()
         return self.size + 2 * (int(np.count_nonzero(west)) + int(np.count_nonzero(south)))
-
-    @cached_property
-    def _nodes(self) -> Nodes:
-        return Nodes(self.mask)
-
-    @cached_property
-    def layout(self) -> Layout:
-        """The nodes within the smallest rectangle that holds them, for passes along its rows."""
-        return Layout(np.ascontiguousarray(self.mask[bounding_box(self.mask)]))
 
     @property
     def largest_diagonal(self) -> float:
@@ -100,10 +106,25 @@ class Stencil:
 
     def scaled(self, factor: float) -> Stencil:
         """Return the stencil whose arms are all ``factor`` times as stiff."""
-        scaled = Stencil(self.mask, self.horizontal * factor, self.vertical * factor)
-        if "layout" in self.__dict__:
-            scaled.__dict__["layout"] = self.layout
-        return scaled
+        return Stencil._of(self.numbering, self.horizontal * factor, self.vertical * factor)
+
+    @classmethod
+    def _of(cls, numbering: Numbering, horizontal: _Grid, vertical: _Grid) -> Stencil:
+        """Return the stencil of nodes that are numbered already, with arms that reach the frame."""
+        stencil = cls.__new__(cls)
+        stencil.numbering = numbering
+        stencil.horizontal, stencil.vertical = (read_only(np.asarray(arms)) for arms in (horizontal, vertical))
+        stencil._refuse_extremes()
+        return stencil
+
+    def _refuse_extremes(self) -> None:
+        if not self._least_diagonal() > 0:
+            raise ValueError("every node needs at least one arm of positive stiffness")
+        if not self.finite:
+            raise ValueError(
+                "the stiffness of a node's arms together overflows: horizontal and vertical have values up to "
+                f"{max(self.horizontal.max(), self.vertical.max()):g}; take larger units"
+            )
 
     def diagonal(self) -> Vector:
         """Return the diagonal of G, shape (size,), force per length."""
@@ -112,7 +133,7 @@ class Stencil:
         west, east, south, north = self.weights()
         with np.errstate(over="ignore"):
             joined = (west + east) + (south + north)
-        return self.take(np.broadcast_to(joined, self.mask.shape))
+        return self.numbering.to_vector(np.broadcast_to(joined, self.mask.shape))
 
     def _joined_arms(self) -> float:
         """Return the stiffness of four equal arms together."""
@@ -125,13 +146,13 @@ class Stencil:
     def matvec(self, vector: Vector) -> Vector:
         """Return G times a vector in node order, shape (size,)."""
         west, east, south, north = self.weights()
-        padded = self.pad(vector)
+        padded = self.numbering.to_grid(vector, ring=1)
         result = ((west + east) + (south + north)) * padded[1:-1, 1:-1]
         result -= west * padded[1:-1, :-2]
         result -= east * padded[1:-1, 2:]
         result -= south * padded[:-2, 1:-1]
         result -= north * padded[2:, 1:-1]
-        return self.take(result)
+        return self.numbering.to_vector(result)
 
     def pull(self, height: _Grid) -> Vector:
         """Return the force with which the arms resist a shape: sum of stiffness x (own height - the other end's).
@@ -142,7 +163,7 @@ class Stencil:
         Parameters
         ----------
         height : array, shape (rows + 2, columns + 2)
-            Ordinates of nodes and frame points, with a ring about the net (see `pad`).
+            Ordinates of nodes and frame points, with a ring about the net (see `Numbering.to_grid`).
 
         Returns
         -------
@@ -152,7 +173,7 @@ class Stencil:
         own = height[1:-1, 1:-1]
         force = west * (own - height[1:-1, :-2]) + east * (own - height[1:-1, 2:])
         force = force + (south * (own - height[:-2, 1:-1]) + north * (own - height[2:, 1:-1]))
-        return self.take(force)
+        return self.numbering.to_vector(force)
 
     def pull_and_magnitude(self, height: _Grid) -> tuple[Vector, Vector]:
         """Return the force of `pull`, and the same sum with the moduli of the differences."""
@@ -166,7 +187,69 @@ class Stencil:
             first, second = own - one, own - other
             force += arms[0] * first + arms[1] * second
             magnitude += arms[0] * np.abs(first) + arms[1] * np.abs(second)
-        return self.take(force), self.take(magnitude)
+        return self.numbering.to_vector(force), self.numbering.to_vector(magnitude)
+
+    def modulus_matvec(self, vector: Vector) -> Vector:
+        """Return |G| times ``vector``."""
+        return np.asarray(self.diagonal() * (2 * vector) - self.matvec(vector))
+
+    def enclosed_product(self, vector: Vector, force: Vector | float = 0.0) -> tuple[Vector, Vector]:
+        """Return G times a vector plus a force as computed, and a bound of its rounding error.
+
+        It is formed from differences of neighbours, which keep the digits that a product with the diagonal would lose;
+        see `Stiffness.enclosed_product`.
+        """
+        product, bound = self.pull_and_magnitude(self.numbering.to_grid(vector, ring=1))
+        bound += np.abs(force)
+        bound *= gamma(DIFFERENCES)
+        bound += UNDERFLOW
+        return product + force, bound
+
+    def accurate_product(self, high: Vector, low: Vector, force: Vector) -> tuple[Vector, Vector]:
+        """Add stiffness times difference for the four arms of every point, some rows at a time."""
+        rows, columns = self.mask.shape
+        padded_high, padded_low = (self.numbering.to_grid(part, ring=1) for part in (high, low))
+        forces = self.numbering.to_grid(force)
+        weights = [np.broadcast_to(arm, self.mask.shape) for arm in self.weights()]
+        result, bound = np.empty((rows, columns)), np.empty((rows, columns))
+        step = max(1, _POINTS_AT_ONCE // columns)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for first in range(0, rows, step):
+                last = min(first + step, rows)
+                chain = Chain(forces[first:last])
+                own = slice(first + 1, last + 1), slice(1, columns + 1)
+                for arm, (down, right) in zip(weights, ((0, -1), (0, 1), (-1, 0), (1, 0)), strict=True):
+                    other = slice(first + 1 + down, last + 1 + down), slice(1 + right, columns + 1 + right)
+                    stiffness = arm[first:last]
+                    difference, rest = two_sum(padded_high[own], -padded_high[other])
+                    rest += padded_low[own] - padded_low[other]
+                    product, error = two_product(stiffness, difference)
+                    chain.add(product, error, stiffness * rest)
+                    chain.take_into_account(stiffness * (np.abs(padded_low[own]) + np.abs(padded_low[other])))
+                result[first:last], bound[first:last] = chain.result(5)
+        return self.numbering.to_vector(result), self.numbering.to_vector(bound)
+
+    def restricted(self, free: Mask) -> Stencil:
+        """Return the stencil of some nodes, for which the others are frame."""
+        mask = np.zeros(self.mask.shape, dtype=np.bool_)
+        mask[self.mask] = free
+        return Stencil(mask, self.horizontal, self.vertical)
+
+    def comparison(self) -> Stencil:
+        """Return the stencil itself, which is its own comparison matrix."""
+        return self
+
+    def in_units(self, units: float | Vector) -> Stencil:
+        """Return the stencil of nodes that all have the same unit of length, or a ValueError where they differ."""
+        unit = float(np.ravel(units)[0])
+        if not np.all(units == unit):
+            raise ValueError("the nodes of a lattice have one unit of length together")
+        return self.scaled(unit**2)
+
+    def dimensionless(self) -> tuple[Stencil, float, float]:
+        """Return the stencil with a largest diagonal entry of 1, one unit for all nodes, and that entry."""
+        largest = self.largest_diagonal
+        return self.scaled(1 / largest), 1.0, largest
 
     def _refuse_floating_parts(self) -> None:
         from scipy.sparse import csgraph
@@ -185,17 +268,6 @@ class Stencil:
         if loose.any():
             node = int(np.flatnonzero(loose[part])[0])
             raise ValueError(f"{int(loose.sum())} part(s) have no arm to the frame, among them that of node {node}")
-
-    def pad(self, vector: Vector, fill: float = 0.0) -> _Grid:
-        """Lay a vector in node order out on the net with a ring of frame points about it."""
-        rows, columns = self.mask.shape
-        padded = np.full((rows + 2, columns + 2), fill)
-        self._nodes.put(padded[1:-1, 1:-1], vector)
-        return padded
-
-    def take(self, grid: NDArray[Any]) -> NDArray[Any]:
-        """Return the nodes' values of an array on the net, in node order."""
-        return self._nodes.take(grid)
 
     def padded_mask(self) -> Mask:
         """Return the mask with a ring of frame points about it."""

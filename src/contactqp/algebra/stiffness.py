@@ -2,41 +2,180 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..foundation.checks import Vector
-from ..foundation.rounding import gamma
+from ..foundation.checks import Mask, Vector
+from ..foundation.rounding import UNDERFLOW, gamma
+from ..geometry.numbering import Layout, Numbering
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 
-class Stiffness(Protocol):
-    """A symmetric matrix G known by what it does: a `Stencil`, or a `SparseStiffness`."""
+class Stiffness(ABC):
+    """A symmetric matrix G with a positive diagonal, known by what it does.
+
+    Base of `contactqp.Stencil` and `contactqp.algebra.sparse.SparseStiffness`. One that is kept otherwise (on
+    triangles, on another machine) is one more subclass in a file of its own: nothing outside asks which it is.
+    """
 
     @property
+    @abstractmethod
     def size(self) -> int:
         """Number of rows."""
-        ...
 
     @property
+    @abstractmethod
     def nonzeros(self) -> int:
-        """Number of stored entries."""
-        ...
+        """Number of nonzero entries."""
 
+    @property
+    @abstractmethod
+    def finite(self) -> bool:
+        """Whether all entries are finite."""
+
+    @property
+    @abstractmethod
+    def longest_row(self) -> int:
+        """Largest number of entries in a row."""
+
+    @property
+    @abstractmethod
+    def positive_off_diagonal(self) -> tuple[int, int, float] | None:
+        """Row, column and value of the largest positive off-diagonal entry, or None for a Z-matrix."""
+
+    @property
+    def lattice(self) -> LatticeStiffness | None:
+        """The stiffness as a stencil on a lattice, if that is how it was given."""
+        return None
+
+    @property
+    def uniform_lattice(self) -> LatticeStiffness | None:
+        """The stiffness as a stencil whose arms are equal in each direction, if it was given as one."""
+        return self.lattice if self.lattice is not None and self.lattice.uniform else None
+
+    def recognised_lattice(self) -> LatticeStiffness | None:
+        """Return the lattice behind the matrix: the one given, or one that is recognised up to rounding."""
+        return self.lattice
+
+    @property
+    def without_fill(self) -> bool:
+        """Whether the unknowns hang together in lines, so that a factorisation has no more entries than G."""
+        return self.longest_row <= 3
+
+    @abstractmethod
     def matvec(self, vector: Vector) -> Vector:
         """Return G times ``vector``."""
-        ...
 
+    @abstractmethod
+    def modulus_matvec(self, vector: Vector) -> Vector:
+        """Return |G| times ``vector``."""
+
+    @abstractmethod
     def diagonal(self) -> Vector:
-        """Return the diagonal."""
-        ...
+        """Return the diagonal, shape (size,)."""
 
+    @abstractmethod
     def tocsr(self) -> csr_array:
         """Return G as a sparse array with sorted column numbers."""
-        ...
+
+    def enclosed_product(self, vector: Vector, force: Vector | float = 0.0) -> tuple[Vector, Vector]:
+        """Return G times a vector plus a force as computed, and a bound of its rounding error.
+
+        Parameters
+        ----------
+        vector : array, shape (size,)
+        force : array, shape (size,), or 0
+
+        Returns
+        -------
+        product, bound : array, shape (size,)
+            The exact G vector + force is within the bound of the product.
+        """
+        product = self.matvec(vector)
+        bound = self._moduli(vector, product) + np.abs(force)
+        bound *= growth_bound(self)
+        bound += UNDERFLOW
+        return product + force, bound
+
+    def _moduli(self, vector: Vector, product: Vector) -> Vector:
+        """Return an upper bound of |G| |vector|, where the product G vector is known already."""
+        return self.modulus_matvec(np.abs(vector))
+
+    @abstractmethod
+    def accurate_product(self, high: Vector, low: Vector, force: Vector) -> tuple[Vector, Vector]:
+        """Return G(high + low) + force in about twice the precision, and a bound of its error.
+
+        Parameters
+        ----------
+        high, low : array, shape (size,)
+            The vector is their unrounded sum.
+        force : array, shape (size,)
+
+        Returns
+        -------
+        product, bound : array, shape (size,)
+            The bound shrinks with the product and with ``low``; not finite where numbers are too large to be split.
+        """
+
+    @abstractmethod
+    def restricted(self, free: Mask) -> Stiffness:
+        """Return the rows and columns of some unknowns, of which there is at least one."""
+
+    @abstractmethod
+    def comparison(self) -> Stiffness:
+        """Return the comparison matrix: the diagonal of G, and -|G_ij| beside it."""
+
+    @abstractmethod
+    def in_units(self, units: float | Vector) -> Stiffness:
+        """Return G_ij u_i u_j: the stiffness of unknowns that are measured in other units of length."""
+
+    @abstractmethod
+    def dimensionless(self) -> tuple[Stiffness, float | Vector, float]:
+        """Return a multiple of G with a largest diagonal entry of 1, its units, and the largest diagonal entry of G.
+
+        Returns
+        -------
+        stiffness : Stiffness
+            G_ij u_i u_j / largest.
+        units : float or array, shape (size,)
+            The units of length u, relative to each other.
+        largest : float
+        """
+
+
+class LatticeStiffness(Stiffness):
+    """A stiffness that joins neighbouring nodes of a lattice by arms; see `Stencil`, which is one.
+
+    Attributes
+    ----------
+    numbering : Numbering
+    horizontal, vertical : array
+        Stiffness of the arms: shapes (rows, columns + 1) and (rows + 1, columns), or a number where all are equal.
+    """
+
+    numbering: Numbering
+    horizontal: NDArray[np.float64]
+    vertical: NDArray[np.float64]
+
+    @property
+    def mask(self) -> Mask:
+        """True = node, shape (rows, columns)."""
+        return self.numbering.mask
+
+    @property
+    def layout(self) -> Layout:
+        """The nodes within the smallest rectangle that holds them, for passes along its rows."""
+        return self.numbering.layout
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all horizontal arms are equal, and all vertical ones."""
+        return self.horizontal.ndim == 0 and self.vertical.ndim == 0
 
 
 def growth_bound(stiffness: Stiffness) -> float:
@@ -45,11 +184,4 @@ def growth_bound(stiffness: Stiffness) -> float:
     A row with m entries takes m products and m sums (Higham 2002, eq. 3.5); four operations are added for the
     evaluation of the bound itself.
     """
-    return gamma(longest_row(stiffness) + 6)
-
-
-def longest_row(stiffness: Stiffness) -> int:
-    """Return the largest number of entries in a row of G."""
-    from .stencil import Stencil
-
-    return 5 if isinstance(stiffness, Stencil) else int(np.diff(stiffness.tocsr().indptr).max())
+    return gamma(stiffness.longest_row + 6)

@@ -6,12 +6,14 @@ Other distributions add theirs by an entry point in the group ``contactqp.backen
 
 from __future__ import annotations
 
+import warnings
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ..errors import UnknownBackendError, UnsuitableProblemError
+from ..errors import ContactWarning, MissingBackendError, UnknownBackendError, UnsuitableProblemError
 from ..foundation.checks import nearest
+from ..methods.factors import DIRECT_SIZE
 
 if TYPE_CHECKING:
     from importlib import metadata
@@ -27,6 +29,8 @@ TABLE = {
     "multigrid": "contactqp.backends.multigrid:Multigrid",
     "active-set": "contactqp.backends.active_set:ActiveSetBackend",
 }
+"""Name of a backend to the module and class that realise it. A name that ends with a colon stands for a family: what
+its value names is called with what follows the colon, and returns the backend."""
 
 ENTRY_POINT_GROUP = "contactqp.backends"
 
@@ -40,42 +44,65 @@ def backend_names() -> list[str]:
     >>> cq.backend_names()[:4]
     ['osqp', 'clarabel', 'mangasarian', 'psor']
     """
-    return [*TABLE, *(name for name in _outsiders() if name not in TABLE)]
+    own = [name for name in TABLE if not name.endswith(":")]
+    return [*own, *(name for name in _outsiders() if name not in TABLE)]
 
 
-def get_backend(name: str) -> type[Backend]:
-    """Return the class of the backend called ``name``.
+def get_backend(backend: str | Backend) -> Backend:
+    """Return the backend of a name; a backend itself is returned as it is.
 
     Raises
     ------
     TypeError
-        If ``name`` is not a string.
+        If it is neither a name nor a backend, or the backend's options are not named keywords.
     UnknownBackendError
         If there is no such backend; the message lists the known ones.
+    MissingBackendError
+        If another distribution's backend cannot be loaded; the message says why.
     """
-    if not isinstance(name, str):
-        raise TypeError(f"backend must be a name, got {name!r}")
-    if name in TABLE:
-        module, attribute = TABLE[name].split(":")
-        found: type[Backend] = getattr(import_module(module), attribute)
+    from .base import Backend
+
+    if isinstance(backend, Backend):
+        return backend
+    if not isinstance(backend, str):
+        raise TypeError(f"backend must be a name or a Backend, got {backend!r}")
+    if backend in TABLE and not backend.endswith(":"):
+        own: Backend = _realised(TABLE[backend])()
+        return own
+    family = next((key for key in TABLE if key.endswith(":") and backend.startswith(key)), None)
+    if family is not None:
+        found: Backend = _realised(TABLE[family])(backend.removeprefix(family))
         return found
-    if name in _outsiders():
-        loaded: type[Backend] = _outsiders()[name].load()
-        return loaded
+    if backend in _outsiders():
+        return _loaded(backend, _outsiders()[backend])
     known = ["auto", *backend_names()]
-    raise UnknownBackendError(f"unknown backend {name!r}{nearest(name, known)}; known: {', '.join(known)}")
+    raise UnknownBackendError(f"unknown backend {backend!r}{nearest(backend, known)}; known: {', '.join(known)}")
 
 
 def suitable_backends(problem: ContactQP) -> list[str]:
     """Return the names of the package's own backends whose methods suit the problem."""
     found = []
     for name in TABLE:
+        if name.endswith(":"):
+            continue
         try:
             get_backend(name).check_problem(problem)
         except UnsuitableProblemError:
             continue
         found.append(name)
     return found
+
+
+def check_suitable(backend: Backend, problem: ContactQP) -> None:
+    """Raise an UnsuitableProblemError, which names backends to take instead, unless a backend suits the problem."""
+    try:
+        backend.check_problem(problem)
+    except UnsuitableProblemError as error:
+        others = [repr(name) for name in suitable_backends(problem)]
+        if not others:
+            raise
+        listed = " or ".join(part for part in (", ".join(others[:-1]), others[-1]) if part)
+        raise UnsuitableProblemError(f"{error}; take {listed}") from None
 
 
 def choose_backend(problem: ContactQP) -> tuple[str, str]:
@@ -85,8 +112,6 @@ def choose_backend(problem: ContactQP) -> tuple[str, str]:
     and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other M-matrices active
     sets are the fastest at any size. Interior points do not need an M-matrix.
     """
-    from ..methods.active_set.primal_dual import DIRECT_SIZE
-
     if not problem.is_m_matrix:
         return "clarabel", "auto: G is no M-matrix"
     if problem.size <= DIRECT_SIZE:
@@ -97,7 +122,38 @@ def choose_backend(problem: ContactQP) -> tuple[str, str]:
 
 
 @cache
+def _realised(place: str) -> Any:
+    module, attribute = place.split(":")
+    return getattr(import_module(module), attribute)
+
+
+def _loaded(name: str, entry: metadata.EntryPoint) -> Backend:
+    """Return another distribution's backend, whatever its import raises turned into a MissingBackendError."""
+    from .base import Backend
+
+    try:
+        made = entry.load()()
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise MissingBackendError(f"backend {name!r} ({entry.value}) cannot be loaded: {reason}") from error
+    if not isinstance(made, Backend):
+        raise MissingBackendError(f"backend {name!r} ({entry.value}) is no subclass of contactqp.backends.base.Backend")
+    made.options()
+    return made
+
+
+@cache
 def _outsiders() -> dict[str, metadata.EntryPoint]:
+    """Return other distributions' entry points by name; of two with one name the first counts, with a warning."""
     from importlib import metadata
 
-    return {entry.name: entry for entry in metadata.entry_points(group=ENTRY_POINT_GROUP)}
+    found: dict[str, metadata.EntryPoint] = {}
+    for entry in metadata.entry_points(group=ENTRY_POINT_GROUP):
+        if entry.name in TABLE or entry.name in found:
+            taken = TABLE.get(entry.name) or found[entry.name].value
+            if taken != entry.value:
+                message = f"two backends are called {entry.name!r}: {taken} is taken, {entry.value} is not"
+                warnings.warn(message, ContactWarning, stacklevel=3)
+            continue
+        found[entry.name] = entry
+    return found

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
-from ..algebra.sparse import SparseStiffness
 from ..foundation.checks import Vector
 from ..foundation.progress import compiling
 from ..foundation.threads import Team
-from ..methods.active_set.primal_dual import DIRECT_SIZE, ActiveSet
+from ..methods.active_set.primal_dual import ActiveSet
+from ..methods.factors import DIRECT_SIZE
 from ..problem.contact_qp import ContactQP
-from .base import Answer, Backend, Need, Stop, Task, feasible_start
+from .base import Answer, Backend, Need, State, Stop, Task
 
 _MAX_STEPS = 500
 _LOOK_EVERY = 20
@@ -28,11 +29,11 @@ class ActiveSetBackend(Backend):
     summary: ClassVar[str] = "primal-dual active sets, exact finish"
     package: ClassVar[str] = "scipy"
     iteration_unit: ClassVar[str] = "step"
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.Z_MATRIX})
+    needs: ClassVar[Collection[Need]] = (Need.Z_MATRIX,)
     reachable_tol: ClassVar[float | None] = 1e-14
 
-    def solve(self, problem: ContactQP, task: Task, *, history: bool = False) -> Answer:
-        """Solve by active sets.
+    def prepare(self, problem: ContactQP, task: Task, *, history: bool = False) -> _Prepared:
+        """Prepare active sets: the hierarchy or the factors of the last free nodes are kept from load to load.
 
         Parameters
         ----------
@@ -44,19 +45,34 @@ class ActiveSetBackend(Backend):
             Whether to record of every step: "exchanged" (nodes that changed sides) and "energy" (½ωᵀGω + qᵀω at its
             end, dimensionless).
         """
+        return _Prepared(problem, task, history)
+
+
+class _Prepared(State):
+    """The iteration of the last solve."""
+
+    def __init__(self, problem: ContactQP, task: Task, history: bool) -> None:
         started = time.perf_counter()
-        solver = prepare(problem, task)
-        _start(solver, problem, task)
-        setup_seconds = time.perf_counter() - started
+        self._problem, self._history, self._solver = problem, history, prepared(problem, task)
+        self._setup_seconds = time.perf_counter() - started
+
+    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+        """See `State.solve`."""
+        started = time.perf_counter()
+        if problem is None:
+            problem = self._problem if q is self._problem.q else self._problem.with_forces(q, gap_scale=1.0)
+        self._solver.restart(q, problem.lower, _upper(problem))
+        _start(self._solver, problem, task)
+        setup_seconds, self._setup_seconds = time.perf_counter() - started + self._setup_seconds, 0.0
         budget = _MAX_STEPS if task.max_iter is None else task.max_iter
-        answer = iterate(solver, problem, task, budget, history)
+        answer = iterate(self._solver, problem, task, budget, self._history)
         return replace(answer, setup_seconds=answer.setup_seconds + setup_seconds)
 
 
 def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:
     """Set ω to the warm start, unless ω = 0 has less energy, or start from coarser problems."""
     if task.warm_start is not None:
-        start = feasible_start(problem, task.warm_start)
+        start = problem.project(task.warm_start)
         with np.errstate(over="ignore", invalid="ignore"):
             if problem.objective(start) <= 0:
                 solver.omega = start
@@ -68,45 +84,46 @@ def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:
         solver.omega = start_on_lattice
 
 
-def prepare(problem: ContactQP, task: Task) -> ActiveSet:
+def prepared(problem: ContactQP, task: Task) -> ActiveSet:
     """Return the iteration at ω = 0."""
     units = np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
-    solver = ActiveSet(problem.G, np.array(problem.q), problem.supported, units.min() / units)
+    solver = ActiveSet(problem.G, problem.q, problem.lower, _upper(problem), units.min() / units)
     if not solver.direct:
         with compiling("active-set"):
             from ..methods.amg import sparse_kernels  # noqa: F401  (compiles)
     return solver
 
 
+def _upper(problem: ContactQP) -> Vector:
+    return np.zeros(0) if problem.one_sided else problem.upper
+
+
 def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
     """Return a gap by multigrid if the matrix is that of a lattice, whether it was given so or not; else None."""
-    from ..algebra.rectangle import rectangle_of
-    from ..geometry.numbering import Layout
-
     units = np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
     relative = units / units.max()
-    if isinstance(problem.stiffness, SparseStiffness):
-        stencil = rectangle_of(problem.stiffness.balanced(1 / relative).tocsr())
-        if stencil is None:
-            return None
-        supported = None if problem.supported.all() else problem.supported.reshape(stencil.mask.shape)
-        layout = Layout(stencil.mask, supported)
-    else:
-        stencil, layout = problem.stiffness, problem.layout
+    stencil = problem.stiffness.in_units(1 / relative).recognised_lattice()
+    if stencil is None:
+        return None
+    layout = problem.bounds.layout(stencil)
     with compiling("multigrid"):
         from ..methods.multigrid.arms import arms_of
-        from ..methods.multigrid.contact import nearly_solved
+        from ..methods.multigrid.contact import NO_LIMITS
         from ..methods.multigrid.hierarchy import load_kernels
+        from ..methods.multigrid.nested import nearly_solved
 
         net = arms_of(stencil, layout)
         load_kernels(net)
     with Team() as team:
-        gap = nearly_solved(net, net.layout.grid(problem.q / relative), team, lambda: task.seconds_left <= 0)
+        limits = NO_LIMITS
+        if not problem.bounds.standard:
+            limits = net.layout.grid(problem.lower * relative), net.layout.grid(problem.upper * relative)
+        gap = nearly_solved(net, net.layout.grid(problem.q / relative), team, lambda: task.seconds_left <= 0, limits)
     return np.asarray(net.layout.vector(gap) / relative)
 
 
 def iterate(solver: ActiveSet, problem: ContactQP, task: Task, budget: int, history: bool = False) -> Answer:
-    """Go on until the contact set rests and the equations of the open nodes are solved."""
+    """Go on until the contact set rests and the equations of the free nodes are solved."""
     started = time.perf_counter()
     stop, why, steps = Stop.ITERATION_LIMIT, "step limit", 0
     records: list[tuple[float, float]] = []
@@ -122,9 +139,9 @@ def iterate(solver: ActiveSet, problem: ContactQP, task: Task, budget: int, hist
             stop, why = Stop.DONE, "certified, though nodes without gap and reaction still change sides,"
         elif task.seconds_left <= 0:
             stop, why = Stop.TIME_LIMIT, "time limit"
-    columns = np.array(records).reshape(-1, 2).T
+    columns, gap = np.array(records).reshape(-1, 2).T, solver.feasible()
     return Answer(
-        gap=solver.feasible(),
+        gap=gap,
         stop=stop,
         termination=f"{why} after {steps} steps",
         iterations=steps,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, ClassVar
@@ -31,11 +31,60 @@ class Stop(StrEnum):
     FAILED = "failed"
 
 
-class Need(StrEnum):
-    """A property of the problem that a backend's method relies on; the package verifies it."""
+class Need(ABC):
+    """A property of the problem that a backend's method relies on; the package verifies it.
 
-    Z_MATRIX = "Z-matrix"
-    LATTICE = "lattice"
+    Anything with a `holds` method will do; a distribution can bring needs of its own.
+
+    Attributes
+    ----------
+    name : str
+        The property in a word or two, for tables.
+    """
+
+    name: ClassVar[str]
+    Z_MATRIX: ClassVar[Need]
+    LATTICE: ClassVar[Need]
+    ONE_SIDED: ClassVar[Need]
+
+    @abstractmethod
+    def holds(self, problem: ContactQP) -> str | None:
+        """Return None if the problem has the property, and else what is needed and what the problem has instead."""
+
+
+class _ZMatrix(Need):
+    name = "Z-matrix"
+
+    def holds(self, problem: ContactQP) -> str | None:
+        if problem.positive_off_diagonal is None:
+            return None
+        i, j, value = problem.positive_off_diagonal
+        return f"a Z-matrix (off-diagonal entries <= 0), but G[{i}, {j}] = {value:g}"
+
+
+class _Lattice(Need):
+    name = "lattice"
+
+    def holds(self, problem: ContactQP) -> str | None:
+        if problem.stencil is not None:
+            return None
+        return "a problem on a lattice (a Membrane or a Cable), but G was given as a matrix"
+
+
+class _OneSided(Need):
+    name = "no upper bound"
+
+    def holds(self, problem: ContactQP) -> str | None:
+        if problem.one_sided:
+            return None
+        node = int(np.argmax(np.isfinite(problem.upper)))
+        return (
+            "a problem without an upper bound (with two bounds the admissible gaps have no least element that a linear "
+            f"program could find), but upper is {problem.upper[node]:g} at unknown {node}"
+        )
+
+
+Need.Z_MATRIX, Need.LATTICE, Need.ONE_SIDED = _ZMatrix(), _Lattice(), _OneSided()
 
 
 @dataclass
@@ -66,6 +115,10 @@ class Task:
         user gave (``given``, limits, a warm start) still counts. The package's own methods have no other defaults.
     given : frozenset of str
         Names of the backend's options that the user gave.
+    keeps : bool
+        Whether a state that is prepared for the task will be asked again, so that it is worth its memory.
+    resumes : bool
+        Whether ``warm_start`` is the state's own last answer, and only the forces have changed since.
     """
 
     tol: float
@@ -78,6 +131,8 @@ class Task:
     progress: Progress = field(default_factory=silent)
     own_defaults: bool = False
     given: frozenset[str] = frozenset()
+    keeps: bool = False
+    resumes: bool = False
     started: float = field(default_factory=time.perf_counter)
 
     def accepts(self, gap: Vector) -> bool:
@@ -144,8 +199,41 @@ class Answer:
         return self.stop is Stop.DONE if self.claimed_solved is None else self.claimed_solved
 
 
+class State(ABC):
+    """What a backend keeps of a problem from load to load: a workspace, a hierarchy, factors."""
+
+    @abstractmethod
+    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+        """Solve the prepared problem with other forces.
+
+        Parameters
+        ----------
+        q : array, shape (n,)
+            Dimensionless.
+        task : Task
+        problem : ContactQP, optional
+            The dimensionless problem as it is now: it has the forces ``q`` and the matrix that was prepared, and bounds
+            of the same kinds, though their values and the reference may differ. By default the prepared one.
+        """
+
+
+class _OneShot(State):
+    """The state of a backend that keeps nothing."""
+
+    def __init__(self, backend: Backend, problem: ContactQP, options: Mapping[str, Any]) -> None:
+        self._backend, self._problem, self._options = backend, problem, dict(options)
+
+    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+        if problem is None:
+            problem = self._problem if q is self._problem.q else self._problem.with_forces(q, gap_scale=1.0)
+        return self._backend.solve(problem, task, **self._options)
+
+
 class Backend(ABC):
     """Base of all backends; a subclass is one file.
+
+    A subclass writes `solve`; or, if it can keep something from load to load, `prepare`. The one that it writes names
+    the backend's own options as keywords with defaults.
 
     Class attributes
     ----------------
@@ -157,7 +245,7 @@ class Backend(ABC):
         Distribution on PyPI that it needs; its version is shown.
     iteration_unit : str
         What one iteration is.
-    needs : frozenset of Need
+    needs : collection of Need
         Verified before `solve` is called.
     has_own_defaults : bool
         Whether it calls a library that has other defaults than these options, and honours ``task.own_defaults``.
@@ -169,66 +257,74 @@ class Backend(ABC):
     summary: ClassVar[str]
     package: ClassVar[str]
     iteration_unit: ClassVar[str] = "iteration"
-    needs: ClassVar[frozenset[Need]] = frozenset()
+    needs: ClassVar[Collection[Need]] = ()
     has_own_defaults: ClassVar[bool] = False
     reachable_tol: ClassVar[float | None] = None
 
-    @abstractmethod
-    def solve(self, problem: ContactQP, task: Task) -> Answer:
-        """Solve the dimensionless ``problem``; subclasses add their options as named keywords with defaults."""
+    def solve(self, problem: ContactQP, task: Task, *_: Any, **options: Any) -> Answer:
+        """Solve the dimensionless ``problem``: l ≤ ω ≤ u, with zero always among the admissible gaps."""
+        return self.prepare(problem, task, **options).solve(problem.q, task)
 
-    @classmethod
-    def options(cls) -> dict[str, Any]:
-        """Return the backend's own options and their defaults."""
-        parameters = inspect.signature(cls.solve).parameters.values()
-        return {p.name: p.default for p in parameters if p.kind is inspect.Parameter.KEYWORD_ONLY}
+    def prepare(self, problem: ContactQP, task: Task, *_: Any, **options: Any) -> State:
+        """Return a state that solves the problem again and again; by default one that keeps nothing."""
+        return _OneShot(self, problem, options)
 
-    @classmethod
-    def version(cls) -> str | None:
+    def options(self) -> dict[str, Any]:
+        """Return the backend's own options and their defaults.
+
+        Raises
+        ------
+        TypeError
+            If they are not all named keywords with defaults, so that a misspelt one would pass unnoticed.
+        """
+        written = type(self).prepare if type(self).solve is Backend.solve else type(self).solve
+        if written is Backend.prepare:
+            raise TypeError(f"backend {self.name!r} must define solve or prepare")
+        parameters = list(inspect.signature(written).parameters.values())[3:]
+        for parameter in parameters:
+            if parameter.kind is not inspect.Parameter.KEYWORD_ONLY or parameter.default is inspect.Parameter.empty:
+                raise TypeError(
+                    f"backend {self.name!r} must name its options as keywords with defaults, but "
+                    f"{written.__qualname__} takes {str(parameter)!r}; write "
+                    f"def {written.__name__}(self, problem, task, *, option=default)"
+                )
+        return {parameter.name: parameter.default for parameter in parameters}
+
+    def version(self) -> str | None:
         """Return the installed version of the library behind the backend, or None if it is missing."""
         from importlib import metadata
 
         try:
-            return metadata.version(cls.package)
+            return metadata.version(self.package)
         except metadata.PackageNotFoundError:
             return None
 
-    @classmethod
-    def require(cls) -> None:
+    def require(self) -> None:
         """Raise a MissingBackendError if the library is not installed."""
-        if cls.version() is None:
+        if self.version() is None:
             raise MissingBackendError(
-                f"backend {cls.name!r} needs the package {cls.package!r}, which is not installed; "
-                f"type: pip install {cls.package}"
+                f"backend {self.name!r} needs the package {self.package!r}, which is not installed; "
+                f"type: pip install {self.package}"
             )
 
-    @classmethod
-    def check_options(cls, options: Mapping[str, Any]) -> None:
+    def check_options(self, options: Mapping[str, Any]) -> None:
         """Raise a TypeError if an option is not one of the backend's."""
-        known = cls.options()
+        known = self.options()
         for option in options:
             if option not in known:
                 listed = ", ".join(known) or "none"
                 raise TypeError(
-                    f"backend {cls.name!r} has no option {option!r}{nearest(option, known)}; its options: {listed}"
+                    f"backend {self.name!r} has no option {option!r}{nearest(option, known)}; its options: {listed}"
                 )
 
-    @classmethod
-    def check_problem(cls, problem: ContactQP) -> None:
+    def check_problem(self, problem: ContactQP) -> None:
         """Raise an UnsuitableProblemError if the problem lacks a property that the method relies on."""
-        if Need.Z_MATRIX in cls.needs and problem.positive_off_diagonal is not None:
-            i, j, value = problem.positive_off_diagonal
-            raise UnsuitableProblemError(
-                f"backend {cls.name!r} needs a Z-matrix (off-diagonal entries <= 0), but G[{i}, {j}] = {value:g}; "
-                "take 'osqp', 'clarabel' or 'psor'"
-            )
-        if Need.LATTICE in cls.needs and problem.stencil is None:
-            raise UnsuitableProblemError(
-                f"backend {cls.name!r} needs a problem on a lattice (a Membrane or a Cable), "
-                "but G was given as a matrix; take 'active-set'"
-            )
+        for need in self.needs:
+            reason = need.holds(problem)
+            if reason is not None:
+                raise UnsuitableProblemError(f"backend {self.name!r} needs {reason}")
 
 
 def feasible_start(problem: ContactQP, start: Vector) -> Vector:
-    """Return a start without negative gaps at supported nodes."""
-    return np.where(problem.supported, np.maximum(start, 0.0), start)
+    """Return the admissible start nearest to one."""
+    return problem.project(start)

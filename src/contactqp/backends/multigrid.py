@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -12,12 +13,12 @@ from ..foundation.checks import Vector, integer_at_least
 from ..foundation.progress import compiling
 from ..foundation.threads import Team
 from ..problem.contact_qp import ContactQP
-from .active_set import iterate, prepare
-from .base import Answer, Backend, Need, Stop, Task, feasible_start
+from .active_set import iterate, prepared
+from .base import Answer, Backend, Need, State, Stop, Task
 
 if TYPE_CHECKING:
-    from ..methods.multigrid.arms import Arms
     from ..methods.multigrid.contact import ContactMultigrid
+    from ..methods.multigrid.nested import Nest
 
 _MAX_CYCLES = 200
 _PATIENCE = 5
@@ -37,11 +38,13 @@ class Multigrid(Backend):
     summary: ClassVar[str] = "contact multigrid (own kernels)"
     package: ClassVar[str] = "numba"
     iteration_unit: ClassVar[str] = "cycle"
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.LATTICE})
+    needs: ClassVar[Collection[Need]] = (Need.LATTICE,)
     reachable_tol: ClassVar[float | None] = 1e-13
 
-    def solve(self, problem: ContactQP, task: Task, *, threads: int | None = None, history: bool = False) -> Answer:
-        """Solve by contact multigrid.
+    def prepare(
+        self, problem: ContactQP, task: Task, *, threads: int | None = None, history: bool = False
+    ) -> _Prepared:
+        """Prepare contact multigrid: its hierarchy is kept from load to load.
 
         Parameters
         ----------
@@ -53,26 +56,40 @@ class Multigrid(Backend):
         history : bool
             Whether to record of every cycle: "bound" (an estimate of the error's bound after its sweeps, relative to
             the gap scale), "contraction" (of that), "changes" (nodes that came into contact or left it), "cut" (nodes
-            at which the support cut the correction short), "damping" (factor of the line search), "energy" (½ωᵀGω +
-            qᵀω at its end, dimensionless) and "work" (sweeps over the lattice so far, or as much). Where active sets go
-            on because it stalls, it ends there, and ``iterations`` counts their steps too.
+            at which a bound cut the correction short), "damping" (factor of the line search), "energy" (½ωᵀGω + qᵀω at
+            its end, dimensionless) and "work" (sweeps over the lattice so far, or as much). Where active sets go on
+            because it stalls, it ends there, and ``iterations`` counts their steps too.
         """
         if threads is not None:
             threads = integer_at_least(threads, 1, "threads")
+        return _Prepared(problem, task, threads, history)
+
+
+class _Prepared(State):
+    """The lattice with its arms, and the iteration of the last solve with its hierarchy."""
+
+    def __init__(self, problem: ContactQP, task: Task, threads: int | None, history: bool) -> None:
         stencil = problem.stencil
         assert stencil is not None
         with compiling("multigrid"):
             from ..methods.multigrid.arms import arms_of
             from ..methods.multigrid.hierarchy import load_kernels
 
-            net = arms_of(stencil, problem.layout)
-            load_kernels(net)
+            self._arms = arms_of(stencil, problem.layout)
+            load_kernels(self._arms)
+        self._problem, self._threads, self._history = problem, threads, history
+        self._nest: Nest | None = None
+        self._unit, self._keeps = 1.0, task.keeps
+
+    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+        """See `State.solve`."""
         started = time.perf_counter()
+        arms, problem = self._arms, self._problem if problem is None else problem
         budget = _MAX_CYCLES if task.max_iter is None else task.max_iter
-        log = _Log(net.reach)
+        log = _Log(arms.reach)
         outcome: tuple[Stop, str] | None = None
-        with Team(threads) as team:
-            solver = _started(problem, task, net, team)
+        with Team(self._threads) as team:
+            solver = self._started(q, problem, task, team)
             setup_seconds = time.perf_counter() - started
             while outcome is None:
                 solver.relax()
@@ -81,48 +98,62 @@ class Multigrid(Backend):
                 outcome = log.outcome(solver, task, budget)
                 if outcome is None:
                     solver.correct()
-                if history:
+                if self._history:
                     log.record(solver)
-            gap = net.layout.vector(solver.omega)
         stop, why = outcome
         contraction = f"last contraction {log.contraction:.2f}"
         answer = Answer(
-            gap=gap,
+            gap=arms.layout.vector(solver.omega) if log.judged is None else log.judged,
             stop=stop,
             termination=f"{why} after {log.cycles} cycles, {solver.work:.0f} work units, {contraction}",
             iterations=log.cycles,
             setup_seconds=setup_seconds,
             solve_seconds=time.perf_counter() - started - setup_seconds,
-            history=log.columns() if history else {},
+            history=log.columns() if self._history else {},
             claimed_solved=stop is Stop.DONE and why.startswith("certified"),
         )
         return _handed_over(answer, problem, task, budget) if stop is Stop.FAILED else answer
 
+    def _started(self, q: Vector, problem: ContactQP, task: Task, team: Team) -> ContactMultigrid:
+        """Return the iteration at its start.
 
-def _started(problem: ContactQP, task: Task, net: Arms, team: Team) -> ContactMultigrid:
-    """Return the iteration at the warm start, unless ω = 0 has less energy, or started from coarser lattices."""
-    from ..methods.multigrid.contact import ContactMultigrid, nested_start
+        It goes on from its own last answer, if that is the warm start; else from the warm start, unless ω = 0 has less
+        energy; else from coarser lattices.
+        """
+        from ..methods.multigrid.contact import ContactMultigrid
+        from ..methods.multigrid.nested import Nest
 
-    q = net.layout.grid(problem.q)
-    if task.warm_start is not None:
-        solver = ContactMultigrid(net, q, team)
-        solver.omega[...] = net.layout.grid(feasible_start(problem, task.warm_start))
-        with np.errstate(over="ignore", invalid="ignore"):
-            if solver.energy() <= 0:
-                return solver
-    return nested_start(
-        net,
-        q,
-        problem.reference_grid(),
-        team,
-        lambda nodes: task.progress.update(f"nested iteration, {nodes} nodes"),
-    )
+        layout = self._arms.layout
+        forces, limits, height = layout.grid(q), problem.bound_grids(), problem.reference_grid()
+        unit = float(np.max(task.length_unit))
+        nest, self._nest = self._nest, None
+        if task.warm_start is not None and nest is not None and task.resumes:
+            nest.work_with(team)
+            nest.change(forces, height, limits, factor=self._unit / unit)
+        elif task.warm_start is not None:
+            solver = ContactMultigrid(self._arms, forces, team, limits)
+            solver.omega[...] = layout.grid(problem.project(task.warm_start))
+            with np.errstate(over="ignore", invalid="ignore"):
+                if solver.energy() <= 0:
+                    return solver
+            nest = None
+        if task.warm_start is None or nest is None:
+            nest = Nest(self._arms, team)
+            nest.begin(
+                forces,
+                height,
+                lambda nodes: task.progress.update(f"nested iteration, {nodes} nodes"),
+                limits,
+                keep=self._keeps,
+            )
+        self._nest, self._unit = nest if self._keeps else None, unit
+        return nest.solver
 
 
 def _handed_over(answer: Answer, problem: ContactQP, task: Task, budget: int) -> Answer:
     """Go on by active sets: arms that jump by orders of magnitude from node to node defeat a geometric hierarchy."""
     started = time.perf_counter()
-    solver = prepare(problem, task)
+    solver = prepared(problem, task)
     assert answer.gap is not None
     solver.omega = answer.gap
     preparing_seconds = time.perf_counter() - started
@@ -147,6 +178,7 @@ class _Log:
         self._idle = 0
         self._records: list[tuple[float, ...]] = []
         self.bounds: list[float] = []
+        self.judged: Vector | None = None
 
     @property
     def cycles(self) -> int:
@@ -164,8 +196,10 @@ class _Log:
 
     def outcome(self, solver: ContactMultigrid, task: Task, budget: int) -> tuple[Stop, str] | None:
         """Return why to stop, None to go on, and FAILED where another method has to go on."""
+        self.judged = None
         if self.bounds[-1] <= task.tol:
-            bound = task.bound(solver.net.layout.vector(solver.omega))
+            self.judged = solver.net.layout.vector(solver.omega)
+            bound = task.bound(self.judged)
             if bound <= task.tol:
                 return Stop.DONE, f"certified bound {bound:.1e}"
         gained = self.bounds[-1] <= 0.9 * min(self.bounds[:-1], default=np.inf)

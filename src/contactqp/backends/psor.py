@@ -57,8 +57,8 @@ class Psor(Backend):
             See `Backend.solve`; it starts from zero, or from the warm start.
         relaxation : float in (0, 2) or "auto"
             The factor β; "auto" takes it on a membrane or a cable from the Jacobi matrix of the free nodes as they
-            settle, and else raises it as the decay of the steps asks for (see `contactqp.methods.sor.relaxation`). The work
-            of estimates counts as sweeps, by the nodes that go through the matrix, in ``iterations`` too.
+            settle, and else raises it as the decay of the steps asks for (see `contactqp.methods.sor.relaxation`). The
+            work of estimates counts as sweeps, by the nodes that go through the matrix, in ``iterations`` too.
         order : {"lexicographic", "red-black"}
             Order of the nodes; the second is for membranes and cables only.
         stopping : {"certified", "step", "residual"}

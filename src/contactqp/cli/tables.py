@@ -42,7 +42,7 @@ def print_backends() -> None:
     for name in backend_names():
         backend = get_backend(name)
         version = backend.version()
-        needs = ", ".join(sorted(need.value for need in backend.needs)) or "-"
+        needs = ", ".join(sorted(need.name for need in backend.needs)) or "-"
         available = Text("yes", style="green") if version else Text(f"pip install {backend.package}", style="yellow")
         reaches = "-" if backend.reachable_tol is None else f"tol {backend.reachable_tol:g}"
         table.add_row(name, backend.summary, needs, reaches, f"{backend.package} {version or ''}".strip(), available)

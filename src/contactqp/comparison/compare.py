@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..backends import choose_backend, get_backend, suitable_backends
 from ..errors import MissingBackendError, UnsuitableProblemError
 from ..foundation.checks import integer_at_least, positive_number
 from ..models.base import ContactModel, split
 from ..problem.contact_qp import ContactQP
-from ..proof.judge import relative_bound
 from ..solving.solution import Solution
 from ..solving.solve import solve
 from ..solving.tolerances import Tolerance, tolerance_of
@@ -104,7 +101,7 @@ def compare(
     )
     if names:
         # What the judge prepares once for a problem would otherwise be counted as the first backend's.
-        relative_bound(algebra, np.zeros(algebra.size))
+        algebra.prepare()
     rows: list[Row] = []
     solutions: dict[str, Solution] = {}
     limits = {"tol": tol, "max_iter": max_iter, "time_limit": time_limit}
@@ -122,7 +119,7 @@ def compare(
     )
 
 
-def _in_effect(backend: type[Backend], wanted: Tolerance) -> dict[str, Any]:
+def _in_effect(backend: Backend, wanted: Tolerance) -> dict[str, Any]:
     """Return the options that a backend has by default; with a library's own, those are not known here."""
     return {} if wanted.own_defaults and backend.has_own_defaults else backend.options()
 

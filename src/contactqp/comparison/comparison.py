@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..foundation.checks import integer_at_least
 from ..models.base import ContactModel
 from ..problem.contact_qp import ContactQP
-from ..proof.judge import answer_scale
+from ..proof.measure import measure
 from ..solving.solution import Solution
 from ..solving.tolerances import Tolerance
 from .disagreement import spread_of, worst_nodes_of
@@ -287,7 +287,7 @@ class Comparison:
         low, high = (None, None) if self.truth is None else self.truth.error(solution.gap)
         if high is not None and solution.certificate is not None:
             high = min(high, solution.certificate.gap_bound)
-        relative = None if high is None else high / answer_scale(self.problem, solution.gap)
+        relative = None if high is None else high / measure(self.problem, solution.gap).scale
         facts |= {"true_error_lower": low, "true_error_upper": high, "relative_true_error": relative}
         return replace(row, **facts)
 

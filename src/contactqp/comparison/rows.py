@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -123,7 +123,7 @@ def row_of(solution: Solution, name: str, warm_seconds: float | None = None) -> 
     """Return what one solution says by itself; the distances from others are left None."""
     facts: dict[str, Any] = {}
     if solution.residuals is not None:
-        facts |= solution.residuals.to_dict()
+        facts |= asdict(solution.residuals)
         facts |= {
             "primal_residual": max(0.0, -solution.residuals.min_gap),
             "dual_residual": max(0.0, -solution.residuals.min_reaction),

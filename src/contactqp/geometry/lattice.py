@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Mask, Vector, finite_number, positive_number, read_only
-from .numbering import Nodes
+from .numbering import Numbering
 
 
 class Lattice:
@@ -79,7 +79,7 @@ class Lattice:
     @cached_property
     def size(self) -> int:
         """Number of nodes."""
-        return int(np.count_nonzero(self.mask))
+        return self.numbering.size
 
     @cached_property
     def x(self) -> Vector:
@@ -92,18 +92,19 @@ class Lattice:
         return read_only(self.origin[1] + self.spacing * np.arange(self.shape[0]))
 
     @cached_property
-    def _nodes(self) -> Nodes:
-        return Nodes(self.mask)
+    def numbering(self) -> Numbering:
+        """The nodes' order, and their places on the lattice's array."""
+        return Numbering(self.mask)
 
     @property
     def node_x(self) -> Vector:
         """Abscissa of each node, shape (size,), length."""
-        return self._nodes.take(np.broadcast_to(self.x, self.shape))
+        return self.numbering.to_vector(np.broadcast_to(self.x, self.shape))
 
     @property
     def node_y(self) -> Vector:
         """Ordinate of each node, shape (size,), length."""
-        return self._nodes.take(np.broadcast_to(self.y[:, None], self.shape))
+        return self.numbering.to_vector(np.broadcast_to(self.y[:, None], self.shape))
 
     @cached_property
     def parts(self) -> int:
@@ -129,16 +130,14 @@ class Lattice:
         values = np.asarray(vector)
         if values.shape != (self.size,):
             raise ValueError(f"vector must have shape ({self.size},), got {values.shape}")
-        grid = np.full(self.shape, fill, dtype=np.result_type(values.dtype, type(fill)))
-        self._nodes.put(grid, values)
-        return grid
+        return self.numbering.to_grid(values, fill=fill)
 
     def gather(self, grid: ArrayLike) -> NDArray[Any]:
         """Take the nodes' values, in node order, from an array on the net: the inverse of `scatter`."""
         values = np.asarray(grid)
         if values.shape != self.shape:
             raise ValueError(f"grid must have the lattice's shape {self.shape}, got {values.shape}")
-        return self._nodes.take(values)
+        return self.numbering.to_vector(values)
 
     def ring_coordinates(self, row: NDArray[Any], column: NDArray[Any]) -> tuple[Vector, Vector]:
         """Return x and y of points by their places on the net with a ring of frame points about it (length)."""

@@ -1,4 +1,8 @@
-"""Layout: the nodes of a lattice laid out on its rows, for compiled passes over them."""
+"""Numbering: the nodes of a mask in their order, and where they lie on arrays.
+
+Vectors hold one value a node, in the order of the nodes: row by row, and along each row. Arrays have the shape of the
+mask, or that of the mask with a ring of frame points about it.
+"""
 
 from __future__ import annotations
 
@@ -9,46 +13,128 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
+from .runs import FIRST, LAST, ROW, SUPPORTED
 
 Grid: TypeAlias = NDArray[np.float64]
 
 
-class Layout:
-    """Where the nodes are within the smallest rectangle that holds them all, ring of frame points about it.
+class Numbering:
+    """The nodes of a mask, for moving values between vectors in node order and arrays.
+
+    Where the nodes fill a rectangle, as they often do, slices take the place of a mask and are several times faster.
 
     Parameters
     ----------
     mask : array of bool, shape (rows, columns)
         True = node.
-    supported : array of bool, shape (rows, columns), or None
-        False at nodes without a support; None where all have one.
 
-    Attributes
-    ----------
-    runs : array of int, shape (runs, 5)
-        Row, first column, one past the last, number of the first node, 1 if supported, of nodes that follow each other
-        in a row; rows and columns count from the ring.
-    row_start : array of int, shape (rows + 3,)
-        The first run of each row.
+    Examples
+    --------
+    >>> numbering = Numbering(np.array([[True, True, False], [False, True, True]]))
+    >>> numbering.to_grid(np.array([1.0, 2.0, 3.0, 4.0]))
+    array([[1., 2., 0.],
+           [0., 3., 4.]])
+    >>> numbering.to_vector(np.array([[5, 6, 7], [8, 9, 10]]))
+    array([ 5,  6,  9, 10])
     """
 
-    def __init__(self, mask: Mask, supported: Mask | None = None) -> None:
-        self.mask, self.supported = mask, supported
+    def __init__(self, mask: Mask) -> None:
+        self.mask = mask
         self.rows, self.columns = mask.shape
-        self.runs = _runs(mask, supported)
-        self.row_start = np.searchsorted(self.runs[:, 0], np.arange(self.rows + 3)).astype(np.int64)
 
     @cached_property
     def size(self) -> int:
         """Number of nodes."""
-        return int((self.runs[:, 2] - self.runs[:, 1]).sum())
+        return int(np.count_nonzero(self.mask))
+
+    @cached_property
+    def box(self) -> tuple[slice, slice]:
+        """Rows and columns of the smallest rectangle that holds all nodes."""
+        rows, columns = np.flatnonzero(self.mask.any(axis=1)), np.flatnonzero(self.mask.any(axis=0))
+        return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The nodes within their box, for compiled passes; all of them have the lower bound 0 alone."""
+        return Layout(np.ascontiguousarray(self.mask[self.box]))
+
+    @cached_property
+    def _fills_box(self) -> bool:
+        return bool(self.mask[self.box].all())
+
+    def to_grid(self, vector: NDArray[Any], *, ring: int = 0, fill: float = 0.0) -> NDArray[Any]:
+        """Lay a vector out on a new array.
+
+        Parameters
+        ----------
+        vector : array, shape (size,)
+        ring : int
+            How many rows and columns of frame points to leave on each side of the mask.
+        fill : float
+            Value of the points that are no nodes.
+
+        Returns
+        -------
+        array, shape (rows + 2 ring, columns + 2 ring)
+        """
+        shape = self.rows + 2 * ring, self.columns + 2 * ring
+        grid = np.full(shape, fill, dtype=np.result_type(vector.dtype, type(fill)))
+        inner = grid[ring : shape[0] - ring, ring : shape[1] - ring]
+        if self._fills_box:
+            place = inner[self.box]
+            place[...] = vector.reshape(place.shape)
+        else:
+            inner[self.mask] = vector
+        return grid
+
+    def to_vector(self, grid: NDArray[Any], *, ring: int = 0) -> NDArray[Any]:
+        """Return a new vector of the nodes' values on an array that has such a ring about the mask."""
+        inner = grid[ring : grid.shape[0] - ring, ring : grid.shape[1] - ring]
+        return inner[self.box].flatten() if self._fills_box else inner[self.mask]
+
+
+class Layout(Numbering):
+    """A numbering whose mask is as small as its nodes allow, laid out for compiled passes along its rows.
+
+    Arrays have a ring of frame points about the mask, so that no neighbour needs a test.
+
+    Parameters
+    ----------
+    mask : array of bool, shape (rows, columns)
+        True = node.
+    kinds : array of uint8, shape (rows, columns), or None
+        Of each node, see `contactqp.geometry.runs`; None where all are `SUPPORTED`.
+
+    Attributes
+    ----------
+    runs : array of int, shape (runs, 5)
+        Row, first column, one past the last, number of the first node, and kind, of nodes of one kind that follow each
+        other in a row; rows and columns count from the ring.
+    row_start : array of int, shape (rows + 3,)
+        The first run of each row.
+    """
+
+    def __init__(self, mask: Mask, kinds: NDArray[np.uint8] | None = None) -> None:
+        super().__init__(mask)
+        self.kinds = kinds
+        self.runs = _runs(mask, kinds)
+        self.row_start = np.searchsorted(self.runs[:, ROW], np.arange(self.rows + 3)).astype(np.int64)
+
+    @cached_property
+    def size(self) -> int:
+        """Number of nodes."""
+        return int((self.runs[:, LAST] - self.runs[:, FIRST]).sum())
+
+    def with_kind(self, kind: int) -> Layout:
+        """Return the layout of the same nodes, all of one kind."""
+        return Layout(self.mask, np.full(self.mask.shape, kind, dtype=np.uint8))
 
     def zeros(self, dtype: Any = np.float64) -> NDArray[Any]:
         """Return zeros on the rectangle with the ring about it."""
         return np.zeros((self.rows + 2, self.columns + 2), dtype=dtype)
 
     def grid(self, vector: Vector) -> Grid:
-        """Lay a vector in node order out, zero elsewhere."""
+        """Lay a vector in node order out, with the ring about it; zero elsewhere."""
         from .numbering_kernels import lay_out
 
         grid = self.zeros()
@@ -56,7 +142,7 @@ class Layout:
         return grid
 
     def vector(self, grid: Grid) -> Vector:
-        """Return the nodes' values, in node order."""
+        """Return the nodes' values on an array with the ring about it, in node order."""
         from .numbering_kernels import take_nodes
 
         vector = np.empty(self.size)
@@ -64,49 +150,14 @@ class Layout:
         return vector
 
 
-def bounding_box(mask: Mask) -> tuple[slice, slice]:
-    """Return the rows and columns of the smallest rectangle that holds all nodes."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
-
-
-class Nodes:
-    """The nodes of a mask, for moving values between vectors in node order and arrays on the net.
-
-    Where the nodes fill a rectangle, as they often do, slices take the place of a mask and are several times faster.
-
-    Parameters
-    ----------
-    mask : array of bool, shape (rows, columns)
-    """
-
-    def __init__(self, mask: Mask) -> None:
-        self._mask = mask
-        box = bounding_box(mask)
-        self._box = box if mask[box].all() else None
-
-    def take(self, grid: NDArray[Any]) -> NDArray[Any]:
-        """Return a new vector of the nodes' values, in node order."""
-        return grid[self._mask] if self._box is None else grid[self._box].flatten()
-
-    def put(self, grid: NDArray[Any], vector: NDArray[Any]) -> None:
-        """Write a vector in node order to the nodes' places."""
-        if self._box is None:
-            grid[self._mask] = vector
-        else:
-            place = grid[self._box]
-            place[...] = vector.reshape(place.shape)
-
-
-def _runs(mask: Mask, supported: Mask | None) -> NDArray[np.int64]:
-    kind = np.zeros((mask.shape[0], mask.shape[1] + 2), dtype=np.int8)
-    kind[:, 1:-1] = mask
-    if supported is not None:
-        kind[:, 1:-1] += mask & supported
-    rows, edges = np.nonzero(kind[:, 1:] != kind[:, :-1])
-    first = np.flatnonzero(kind[rows, edges + 1])
+def _runs(mask: Mask, kinds: NDArray[np.uint8] | None) -> NDArray[np.int64]:
+    # Points that are no nodes are told from every kind of node by a zero.
+    marks = np.zeros((mask.shape[0], mask.shape[1] + 2), dtype=np.uint8)
+    marks[:, 1:-1] = mask if kinds is None else np.where(mask, kinds + np.uint8(1), np.uint8(0))
+    rows, edges = np.nonzero(marks[:, 1:] != marks[:, :-1])
+    first = np.flatnonzero(marks[rows, edges + 1])
     rows, start, stop = rows[first], edges[first], edges[first + 1]
-    held = kind[rows, start + 1] == 2 if supported is not None else np.ones(len(rows), dtype=np.bool_)
+    kind = np.full(len(rows), SUPPORTED) if kinds is None else marks[rows, start + 1] - 1
     length = stop - start
     node = np.cumsum(length) - length
-    return np.ascontiguousarray(np.column_stack([rows + 1, start + 1, stop + 1, node, held]).astype(np.int64))
+    return np.ascontiguousarray(np.column_stack([rows + 1, start + 1, stop + 1, node, kind]).astype(np.int64))

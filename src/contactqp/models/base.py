@@ -65,6 +65,8 @@ class ContactModel(ABC):
     node_area: float | None = None
     _datum: float = 0.0
     """Mean height of the frame (length)."""
+    _relative: ContactQP | None = None
+    """A problem of other forces that this one can share all else with."""
 
     @property
     @abstractmethod
@@ -80,6 +82,24 @@ class ContactModel(ABC):
     @abstractmethod
     def node_y(self) -> Vector:
         """Ordinate of each node in plan, shape (n,), length."""
+
+    @abstractmethod
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+        """Return the values at the nodes of a field that is given as when the model was made, shape (n,), read-only.
+
+        Parameters
+        ----------
+        field : number, array, xarray.DataArray or function of (x, y)
+        name : str
+            The argument's name, for messages.
+        allow_inf : bool
+            Whether +inf is a value (a support that is not there).
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the values have the wrong kind or shape or are not finite.
+        """
 
     @abstractmethod
     def describe(self, node: int) -> str:
@@ -149,12 +169,23 @@ class ContactModel(ABC):
     @cached_property
     def problem(self) -> ContactQP:
         """The contact problem: q = P + b - G f, with b the pull of a frame that is not at height zero."""
-        q = self.nodal_load - self._pull(self.reference)
-        problem = ContactQP(self._stiffness(), q, supported=self.supported)
-        problem._gap_scale = self._gap_scale(problem.barrier)
-        problem.reference = self.reference - self._datum if self._datum else self.reference
-        problem.frame_reference = self._frame_grid()
-        return problem
+        q = self.nodal_load - self._pull_of_support
+        reference = self.reference - self._datum if self._datum else self.reference
+        if self._relative is not None:
+            return self._relative.with_forces(q, gap_scale=self._gap_scale, reference=reference)
+        return ContactQP(
+            self._stiffness(),
+            q,
+            lower=0.0 if self.supported.all() else np.where(self.supported, 0.0, -np.inf),
+            gap_scale=self._gap_scale,
+            reference=reference,
+            frame_reference=self._frame_grid(),
+        )
+
+    @cached_property
+    def _pull_of_support(self) -> Vector:
+        """Force with which the arms resist the shape of the reference (force), shape (n,)."""
+        return self._pull(self.reference)
 
     def _gap_scale(self, barrier: Barrier | None) -> float | None:
         """Return the length by which tolerances are measured, or None if the model has no length of its own.
@@ -166,8 +197,9 @@ class ContactModel(ABC):
         """
         if barrier is None:
             return None
-        down = barrier.mean_deflection(np.maximum(self.nodal_load, 0.0)) * barrier.v / barrier.v.mean()
-        suction = barrier.mean_deflection(np.maximum(-self.nodal_load, 0.0))
+        v = barrier.v
+        down = barrier.mean_deflection(np.maximum(self.nodal_load, 0.0), v) * v / v.mean()
+        suction = barrier.mean_deflection(np.maximum(-self.nodal_load, 0.0), v)
         depth = self.support - self._datum
         reachable = float(np.minimum(np.maximum(depth, 0.0), down + self._frame_relief()).mean())
         summit = max(0.0, -float(depth.min()))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..foundation.checks import finite_number, integer_at_least, positive_number
+from ..foundation.checks import Vector, finite_number, integer_at_least, positive_number
 from ..geometry.lattice import Lattice
 from .on_lattice import LatticeModel
 
@@ -81,8 +81,13 @@ class Cable(LatticeModel):
         self.start = start = finite_number(start, "start")
         count = _node_count(span, nodes, spacing)
         lattice = Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
-        load, support, frame_height = (_along_x(field) for field in (load, support, frame_height))
-        super().__init__(lattice, tension, load, support, frame_height, area=spacing, arms=(tension / spacing, 0.0))
+        super().__init__(
+            lattice, tension, load, support, _along_x(frame_height), area=spacing, arms=(tension / spacing, 0.0)
+        )
+
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+        """See `ContactModel.at_nodes`; a function may also be one of x alone."""
+        return super().at_nodes(_along_x(field), name, allow_inf=allow_inf)
 
     @property
     def span(self) -> float:

@@ -128,8 +128,8 @@ class CableNet(ContactModel):
         self._number = np.full(len(self.positions), -1, dtype=np.int64)
         self._number[self.free] = np.arange(self.free.size)
         self._refuse_floating_parts()
-        self.load: Vector = read_only(np.array(self._at_nodes(load, "load")))
-        self.support: Vector = read_only(np.array(self._at_nodes(support, "support", allow_inf=True)))
+        self.load: Vector = self.at_nodes(load, "load")
+        self.support: Vector = self.at_nodes(support, "support", allow_inf=True)
         self.fixed_height: Vector = read_only(np.array(self._at_fixed(fixed_height)))
         self._frame = self.fixed_height[np.isin(self.fixed, self.segments[self._holding].ravel())]
         self._datum = float(self._frame.mean())
@@ -364,6 +364,10 @@ class CableNet(ContactModel):
                 f"{int(loose.sum())} part(s) of the net have no fixed point, among them that of point {point} "
                 f"(x={x:g}, y={y:g}); fix a point of each, or join them to the rest"
             )
+
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+        """See `ContactModel.at_nodes`; an array has an entry for each node, or for each point."""
+        return read_only(np.array(self._at_nodes(field, name, allow_inf=allow_inf)))
 
     def _at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
         if is_function(field):

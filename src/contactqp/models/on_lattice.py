@@ -57,11 +57,15 @@ class LatticeModel(ContactModel):
         self.tension = tension
         self.stencil = Stencil(lattice.mask, *arms)
         self.node_area = area
-        self.load: Vector = read_only(sample(lattice, load, "load"))
-        self.support: Vector = read_only(sample(lattice, support, "support", allow_inf=True))
+        self.load: Vector = self.at_nodes(load, "load")
+        self.support: Vector = self.at_nodes(support, "support", allow_inf=True)
         needed = self.stencil.frame_points()
         self._heights = frame_heights(lattice, needed, frame_height)
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
+
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+        """See `ContactModel.at_nodes`."""
+        return read_only(sample(self.lattice, field, name, allow_inf=allow_inf))
 
     @property
     def nodal_load(self) -> Vector:
@@ -104,7 +108,7 @@ class LatticeModel(ContactModel):
 
     def _padded(self, heights: Vector) -> Vector:
         """Return heights of nodes and frame on the net with a ring of frame points about it."""
-        padded = self.stencil.pad(heights)
+        padded = self.stencil.numbering.to_grid(heights, ring=1)
         return padded if self._heights is None else np.where(self.stencil.padded_mask(), padded, self._heights)
 
     def max_slope(self, gap: Vector) -> float:

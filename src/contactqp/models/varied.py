@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
+from functools import cached_property
 from typing import Any, TypeVar
+
+import numpy as np
 
 from ..foundation.checks import finite_number, positive_number, read_only, times
 from .base import ContactModel
@@ -29,8 +32,16 @@ def with_load(model: Model, factor: float) -> Model:
     >>> float(with_load(cq.gallery.paper_hexagon(0.02), 1.5).load[0])
     0.03
     """
+    return with_load_of(model, times(model.load, finite_number(factor, "load factor")))
+
+
+def with_load_of(model: Model, load: Any) -> Model:
+    """Return the model under another load at its nodes, shape (n,), in the unit of its own."""
+    pull = model._pull_of_support
     varied = _copied(model)
-    varied.load = times(model.load, finite_number(factor, "load factor"))
+    varied.load = load
+    varied._relative = model.problem
+    varied._pull_of_support = pull
     return varied
 
 
@@ -46,16 +57,26 @@ def with_tension(model: Net, tension: float) -> Net:
 
 def with_lift(model: Model, lift: float) -> Model:
     """Return the model whose support is higher by ``lift`` (length), its ordinates smaller."""
+    return with_support(model, read_only(model.support - finite_number(lift, "lift")))
+
+
+def with_support(model: Model, support: Any) -> Model:
+    """Return the model over another support at its nodes, shape (n,), length."""
     varied = _copied(model)
-    varied.support = read_only(model.support - finite_number(lift, "lift"))
+    varied.support = support
+    if np.array_equal(varied.supported, model.supported):
+        varied._relative = model.problem
     return varied
 
 
 def _copied(model: Model) -> Model:
-    """Return a copy without what was derived from the data."""
+    """Return a copy without anything that was derived from the data, by this class or a user's subclass of it."""
     varied = copy(model)
-    for derived in ("problem", "supported"):
-        varied.__dict__.pop(derived, None)
+    for kind in type(model).__mro__:
+        for name, attribute in vars(kind).items():
+            if isinstance(attribute, cached_property):
+                varied.__dict__.pop(name, None)
+    varied._relative = None
     return varied
 
 

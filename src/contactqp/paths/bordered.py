@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
+from ..methods.factors import factorised
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -85,8 +86,6 @@ class Bordered:
         return self._columns[node]
 
     def _factorise(self) -> None:
-        from scipy.sparse import linalg
-
         self._first = np.flatnonzero(self.free)
         self._place = np.full(self.free.size, -1, dtype=np.int64)
         self._place[self._first] = np.arange(self._first.size)
@@ -96,7 +95,8 @@ class Bordered:
         if not self._first.size:
             self._gap = np.zeros((0, self._forces.shape[1]))
             return
-        part = self._matrix[self._first][:, self._first].tocsc()
-        factors = linalg.splu(part, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        self._solve = factors.solve
-        self._gap = -factors.solve(self._forces[self._first])
+        solve = factorised(self._matrix[self._first][:, self._first])
+        if solve is None:
+            raise RuntimeError("the matrix of the free nodes is singular in double precision")
+        self._solve = solve
+        self._gap = -solve(self._forces[self._first])

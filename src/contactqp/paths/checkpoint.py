@@ -14,8 +14,8 @@ from ..models.base import ContactModel
 from ..models.on_lattice import LatticeModel
 from ..models.varied import VARIED
 from ..proof.judge import judge
-from ..solving.solution import Solution
-from ..solving.tolerances import tolerance_of
+from ..solving.request import Request
+from ..solving.solution import Run, Solution
 
 
 class Checkpoint:
@@ -88,28 +88,20 @@ class Checkpoint:
 
     def _solution(self, step: Any, value: float, tol: float | str) -> tuple[Solution, int]:
         model = VARIED[self._parameter](self._model, value)
-        problem, gap, wanted = model.problem, step["gap"].to_numpy(), tolerance_of(tol)
-        verdict = judge(problem, gap, wanted.tol)
-        solution = Solution(
-            problem=problem,
-            model=model,
+        gap, request = step["gap"].to_numpy(), Request.of(tol)
+        verdict = judge(model.problem, gap, request.tolerance.tol, model=model)
+        run = Run(
             backend=self._backend,
-            note=f"restored from {self._path.name}",
             gap=gap,
-            tol=wanted.tol,
-            status=verdict.status,
-            residuals=verdict.residuals,
-            first_certificate=verdict.certificate,
-            first_relative_bound=verdict.relative_bound,
             termination=str(step["termination"].item()),
             iterations=int(step["iterations"]),
             iteration_unit=str(step.attrs["iteration_unit"]),
             setup_seconds=float(step["setup_seconds"]),
             solve_seconds=float(step["solve_seconds"]),
             seconds=float(step["seconds"]),
-            setting=wanted.setting,
+            note=f"restored from {self._path.name}",
         )
-        return solution, int(step["cold_iterations"])
+        return Solution(model, request, run, verdict), int(step["cold_iterations"])
 
 
 def _mark(model: ContactModel, parameter: str, backend: str) -> str:

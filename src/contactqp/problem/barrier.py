@@ -12,19 +12,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..algebra.stencil import Stencil
-from ..algebra.stiffness import growth_bound
+from ..algebra.stiffness import LatticeStiffness, growth_bound
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..geometry.numbering import Layout
+from ..methods.factors import DIRECT_SIZE, factorised
+from ..methods.linear import solver
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
     from ..algebra.stiffness import Stiffness
-
-_DIRECT_SIZE = 4000
-"""Up to this many rows a factorisation is faster than multigrid, which has kernels to load."""
 
 
 class Barrier:
@@ -54,13 +52,20 @@ class Barrier:
         """Lower bound of G v, rounding errors included, shape (n,)."""
         return self._s
 
-    def mean_deflection(self, force: Vector) -> float:
+    def mean_deflection(self, force: Vector, v: Vector | None = None) -> float:
         """Return an upper bound of the mean over the unknowns of G⁻¹ force, for a force >= 0.
 
         The mean is that of force · G⁻¹1, as G is symmetric, and G⁻¹1 <= v / min s because G(v / min s) >= 1. It is
         exact, up to rounding, where v is G⁻¹1, as the paraboloid is on a disk; a force on one node does not spoil it.
+
+        Parameters
+        ----------
+        force : array, shape (n,)
+            Force, >= 0.
+        v : array, shape (n,), optional
+            The barrier's, where it is at hand: a parabola's is made anew each time.
         """
-        v = self.v
+        v = self.v if v is None else v
         with np.errstate(over="ignore"):
             return float(v @ (force / self.s.min() / v.size))
 
@@ -123,7 +128,8 @@ def find_barrier(stiffness: Stiffness) -> Barrier | None:
     taken, also for the matrix of a rectangular lattice, where it is checked. Otherwise v is found by a linear solve:
     with D = diag(G)^(-1/2), which takes out the units of the unknowns, D G D y = 1 and v = D y.
     """
-    stencil = stiffness if isinstance(stiffness, Stencil) else _hidden_stencil(stiffness)
+    # Small matrices are solved with in less time than it takes to look for a lattice in them.
+    stencil = stiffness.lattice if stiffness.size <= DIRECT_SIZE else stiffness.recognised_lattice()
     if stencil is not None:
         parabolas = _parabolas(stencil)
         candidates: list[Barrier] = list(parabolas)
@@ -135,14 +141,7 @@ def find_barrier(stiffness: Stiffness) -> Barrier | None:
     return _solved(stiffness)
 
 
-def _hidden_stencil(stiffness: Stiffness) -> Stencil | None:
-    """Return the lattice in a matrix that is large enough for a linear solve to cost more than the look."""
-    from ..algebra.rectangle import rectangle_of
-
-    return rectangle_of(stiffness.tocsr()) if stiffness.size > _DIRECT_SIZE else None
-
-
-def _parabolas(stencil: Stencil) -> list[Parabola]:
+def _parabolas(stencil: LatticeStiffness) -> list[Parabola]:
     """Return the parabolas that are >= 0 on the frame and > 0 at the nodes.
 
     The second difference of each is -2, so G v >= 2 x arm for equal arms. The rim of the paraboloid is the farthest
@@ -207,26 +206,22 @@ def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
 def _solved(stiffness: Stiffness) -> Barrier | None:
     """Return a barrier from a linear solve, and None where the matrix turns out not to be positive definite."""
     from scipy import sparse
-    from scipy.sparse import linalg
 
-    if isinstance(stiffness, Stencil) and stiffness.size > _DIRECT_SIZE:
-        from ..methods.multigrid.linear import solve_linear
-
-        barrier = _checked(stiffness, solve_linear(stiffness, np.ones(stiffness.size), 1e-3), "linear solve")
+    ones = np.ones(stiffness.size)
+    if stiffness.lattice is not None and stiffness.size > DIRECT_SIZE:
+        found = solver(stiffness, 1e-3)
+        barrier = None if found is None else _checked(stiffness, found[0](ones), "linear solve")
         if barrier is not None:
             return barrier
     balance = 1 / np.sqrt(stiffness.diagonal())
     scaling = sparse.diags_array(balance)
     matrix = (scaling @ stiffness.tocsr() @ scaling).tocsr()
-    if stiffness.size > _DIRECT_SIZE:
+    if stiffness.size > DIRECT_SIZE:
         barrier = _iterated(stiffness, matrix, balance)
         if barrier is not None:
             return barrier
-    try:
-        factors = linalg.splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A")
-    except RuntimeError:
-        return None
-    return _checked(stiffness, balance * factors.solve(np.ones(stiffness.size)), "linear solve")
+    solve = factorised(matrix, pivoting=True)
+    return None if solve is None else _checked(stiffness, balance * solve(ones), "linear solve")
 
 
 def _iterated(stiffness: Stiffness, matrix: csr_array, balance: Vector) -> Barrier | None:

@@ -1,7 +1,8 @@
-"""ContactQP: the quadratic program min 1/2 w'Gw + q'w, w >= 0, and its data's properties."""
+"""ContactQP: the quadratic program min 1/2 w'Gw + q'w, l <= w <= u, and its data's properties."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -9,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..algebra.definiteness import refuse_indefinite, weakly_dominant
-from ..algebra.sparse import SparseStiffness, checked_matrix
-from ..algebra.stencil import Stencil
+from ..algebra.sparse import SparseStiffness
+from ..algebra.stiffness import LatticeStiffness, Stiffness
 from ..foundation.checks import Mask, Vector, positive_number, read_only, times, vector
-from ..geometry.numbering import Grid, Layout, bounding_box
-from .barrier import Barrier, find_barrier
+from ..geometry.numbering import Grid, Layout
+from .barrier import Barrier
+from .bounds import Bounds
+from .facts import MatrixFacts
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Units:
-    """What one of a dimensionless problem's units is worth in the original problem's.
+    """What a dimensionless problem's numbers are worth in the original problem's.
 
     Attributes
     ----------
@@ -30,49 +32,70 @@ class Units:
         Unit of the gap (length); each unknown of a matrix has its own.
     force : float or array, shape (n,)
         Unit of q and of the reaction (force).
+    origin : float or array, shape (n,)
+        The gap (length) that the dimensionless gap zero stands for: zero itself wherever the bounds admit it.
     """
 
     length: float | Vector
     force: float | Vector
+    origin: float | Vector = 0.0
+
+    def gap(self, dimensionless: Vector) -> Vector:
+        """Return the original problem's gap (length), shape (n,)."""
+        length = dimensionless * self.length
+        return length if isinstance(self.origin, float) and self.origin == 0 else length + self.origin
+
+    def dimensionless(self, gap: Vector) -> Vector:
+        """Return the dimensionless problem's gap, shape (n,)."""
+        return np.asarray((gap - self.origin) / self.length)
 
 
 class ContactQP:
-    r"""A contact problem as a quadratic program: min ½ωᵀGω + qᵀω subject to ω ≥ 0.
+    r"""A contact problem as a quadratic program: min ½ωᵀGω + qᵀω subject to l ≤ ω ≤ u.
 
-    Its optimality conditions are the linear complementarity problem R = Gω + q ≥ 0, ω ≥ 0, ωᵀR = 0, with the
-    gap ω and the reaction R; eqs. (2.9)-(2.11) of the paper that contactqp starts from. The solution is
-    unique because G is positive definite.
+    Its optimality conditions are a complementarity problem with the gap ω and the reaction R = Gω + q: R ≥ 0 where
+    ω = l (the support pushes), R ≤ 0 where ω = u (the ceiling pushes back), and R = 0 in between. With l = 0 and no
+    upper bound they are R ≥ 0, ω ≥ 0, ωᵀR = 0; eqs. (2.9)-(2.11) of the paper that contactqp starts from. The solution
+    is unique because G is positive definite.
 
     Parameters
     ----------
     G : sparse array, dense array or Stencil, shape (n, n)
         Stiffness (force per length), symmetric and positive definite: this is checked.
     q : array, shape (n,)
-        Reaction that would hold the gap shut (force).
+        Reaction that would hold the gap ω = 0 (force).
+    lower, upper : float or array, shape (n,)
+        Bounds l ≤ u of the gap (length); ``lower`` is -inf where there is no support, ``upper`` is inf where there is
+        no ceiling.
     supported : array of bool, shape (n,), optional
-        False where there is no support: there ω may take either sign, and R = 0. All True by default.
+        False where there is no support: another way to say that ``lower`` is -inf there.
     gap_scale : float, optional
-        Length by which tolerances are measured. By default the mean gap that the opening forces max(0, -q) (|q| where
-        there is no support) would leave, bounded by the `barrier` (see `Barrier.mean_deflection`): an M-matrix's
-        gap is at most G⁻¹ times them.
+        Length by which tolerances are measured. By default the mean distance from the admissible gap nearest to zero
+        that the forces which leave it would make, bounded by the `barrier` (see `Barrier.mean_deflection`): an
+        M-matrix's gap is at most G⁻¹ times them.
 
     Raises
     ------
     TypeError
-        If G or q is complex or not numeric.
+        If G, q or a bound is complex or not numeric.
     ValueError
-        If G is not square, finite, symmetric and positive definite, or q has the wrong shape or is not finite.
+        If G is not square, finite, symmetric and positive definite, or q has the wrong shape or is not finite, or
+        ``lower`` is above ``upper``.
 
     Attributes
     ----------
-    reference : array, shape (n,), or 0
-        Ordinates that a model measures the gap from: reference - ω is its deflection.
+    bounds : Bounds
+        Both bounds, and what follows from them.
+    reference : array, shape (n,), or float
+        Ordinates that a model measures the gap from: reference - ω is its deflection. Without a model it is the
+        admissible gap nearest to zero.
     frame_reference : array, shape (rows + 2, columns + 2), or None
-        On a lattice whose frame is not at height zero: ordinates of the frame points, on the net with a ring about it.
+        On a lattice whose frame is not at height zero: ordinates of the frame points, on the array with a ring.
 
     Notes
     -----
-    A stiffness given as a `Stencil` is assembled only when `G` is asked for.
+    A stiffness given as a `Stencil` is assembled only when `G` is asked for. A problem is never changed once it is
+    made; `with_forces` makes another one that shares the matrix and all that is known of it.
 
     Examples
     --------
@@ -85,51 +108,139 @@ class ContactQP:
     array([0. , 2.5])
     >>> problem.objective([0.5, 0.0])
     -0.25
+    >>> cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0], lower=-1.0, upper=[0.1, 2.0])
+    ContactQP(2 unknowns, 4 nonzeros, M-matrix, 2 with an upper bound)
     """
 
     def __init__(
         self,
         G: Any,
         q: ArrayLike,
+        lower: ArrayLike = 0.0,
+        upper: ArrayLike = np.inf,
         *,
         supported: ArrayLike | None = None,
-        gap_scale: float | None = None,
+        gap_scale: float | Callable[[Barrier | None], float | None] | None = None,
+        reference: Vector | float | None = None,
+        frame_reference: Grid | None = None,
     ) -> None:
-        self.stiffness: Stencil | SparseStiffness
-        if isinstance(G, Stencil):
-            self.stiffness = G
-        else:
-            matrix = checked_matrix(G)
-            if not weakly_dominant(matrix):
-                refuse_indefinite(matrix)
-            matrix.data.setflags(write=False)
-            self.stiffness = SparseStiffness(matrix)
-        self.q: Vector = read_only(vector(q, self.stiffness.size, "q"))
-        self.supported: Mask = read_only(_support_mask(supported, self.size))
-        self._gap_scale = None if gap_scale is None else positive_number(gap_scale, "gap_scale")
-        self.reference: Vector | float = 0.0
-        self.frame_reference: Grid | None = None
+        stiffness = G if isinstance(G, Stiffness) else SparseStiffness.of(G)
+        if gap_scale is not None and not callable(gap_scale):
+            gap_scale = positive_number(gap_scale, "gap_scale")
+        self._fill(
+            MatrixFacts(stiffness),
+            read_only(vector(q, stiffness.size, "q")),
+            Bounds.of(stiffness.size, lower, upper, supported),
+            gap_scale,
+            reference,
+            frame_reference,
+        )
+
+    def _fill(
+        self,
+        facts: MatrixFacts,
+        q: Vector,
+        bounds: Bounds,
+        gap_scale: float | Callable[[Barrier | None], float | None] | None,
+        reference: Vector | float | None,
+        frame_reference: Grid | None,
+    ) -> None:
+        """Set what a problem is made of, all of it checked before."""
+        self.facts, self.q, self.bounds = facts, q, bounds
+        self._own_gap_scale = gap_scale
+        self.reference = bounds.nearest_zero if reference is None else reference
+        self.frame_reference = frame_reference
+
+    def with_forces(
+        self,
+        q: ArrayLike,
+        *,
+        gap_scale: float | Callable[[Barrier | None], float | None] | None = None,
+        reference: Vector | float | None = None,
+    ) -> ContactQP:
+        """Return the problem with other forces; it shares the matrix, the bounds and all that is known of them.
+
+        Parameters
+        ----------
+        q : array, shape (n,)
+            Reaction that would hold the gap ω = 0 (force).
+        gap_scale : float, optional
+            As for the class; by default it is found anew.
+        reference : array, shape (n,), or float, optional
+            As the attribute; by default this problem's.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If q has the wrong kind or shape or is not finite.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+        >>> cq.solve(problem.with_forces([-2.0, 3.0])).gap
+        array([1., 0.])
+        """
+        if gap_scale is not None and not callable(gap_scale):
+            gap_scale = positive_number(gap_scale, "gap_scale")
+        problem = ContactQP.__new__(ContactQP)
+        problem._fill(
+            self.facts,
+            read_only(vector(q, self.size, "q")),
+            self.bounds,
+            gap_scale,
+            self.reference if reference is None else reference,
+            self.frame_reference,
+        )
+        return problem
+
+    @property
+    def stiffness(self) -> Stiffness:
+        """The stiffness G, as it is held."""
+        return self.facts.stiffness
 
     @property
     def size(self) -> int:
         """Number of unknowns n."""
         return self.stiffness.size
 
-    @cached_property
+    @property
     def G(self) -> csr_array:
         """The stiffness as a sparse array, read-only; assembled at the first call."""
-        matrix = self.stiffness.tocsr()
-        matrix.data.setflags(write=False)
-        return matrix
+        return self.facts.G
 
     @property
-    def stencil(self) -> Stencil | None:
+    def stencil(self) -> LatticeStiffness | None:
         """The stiffness as a lattice stencil, or None where G was given as a matrix."""
-        return self.stiffness if isinstance(self.stiffness, Stencil) else None
+        return self.stiffness.lattice
 
-    @cached_property
+    @property
+    def lower(self) -> Vector:
+        """Lower bound of the gap (length), shape (n,), read-only; -inf where there is no support."""
+        return self.bounds.lower
+
+    @property
+    def upper(self) -> Vector:
+        """Upper bound of the gap (length), shape (n,), read-only; inf where there is no ceiling."""
+        return self.bounds.upper
+
+    @property
+    def supported(self) -> Mask:
+        """Where there is a lower bound, shape (n,), read-only."""
+        return self.bounds.supported
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether there is no upper bound."""
+        return self.bounds.one_sided
+
+    def project(self, gap: Vector) -> Vector:
+        """Return the admissible gap nearest to a gap, node by node (length), shape (n,)."""
+        return self.bounds.project(gap)
+
+    @property
     def layout(self) -> Layout:
-        """The lattice's nodes along its rows, apart with and without a support.
+        """The lattice's nodes along its rows, those with the same kind of bounds together.
 
         Raises
         ------
@@ -139,11 +250,14 @@ class ContactQP:
         stencil = self.stencil
         if stencil is None:
             raise AttributeError("layout needs a problem on a lattice; this one's G is a matrix")
-        if self.supported.all():
-            return stencil.layout
-        supported = np.zeros(stencil.mask.shape, dtype=np.bool_)
-        supported[stencil.mask] = self.supported
-        return Layout(stencil.layout.mask, np.ascontiguousarray(supported[bounding_box(stencil.mask)]))
+        return self.bounds.layout(stencil)
+
+    def bound_grids(self) -> tuple[Grid, Grid]:
+        """Return the bounds on the grid of `layout`; where no node is bounded by other than zero, empty grids."""
+        if self.bounds.standard:
+            return np.zeros((0, 0)), np.zeros((0, 0))
+        layout = self.layout
+        return layout.grid(np.ascontiguousarray(self.lower)), layout.grid(np.ascontiguousarray(self.upper))
 
     def reference_grid(self) -> Grid:
         """Return the reference ordinates of nodes and frame points on the grid of `layout`."""
@@ -152,21 +266,15 @@ class ContactQP:
         reference = np.broadcast_to(np.asarray(self.reference, dtype=np.float64), (self.size,))
         grid = layout.grid(np.ascontiguousarray(reference))
         if self.frame_reference is not None:
-            rows, columns = bounding_box(stencil.mask)
+            rows, columns = stencil.numbering.box
             frame = self.frame_reference[rows.start : rows.stop + 2, columns.start : columns.stop + 2]
             np.copyto(grid, frame, where=~np.pad(layout.mask, 1))
         return grid
 
-    @cached_property
+    @property
     def positive_off_diagonal(self) -> tuple[int, int, float] | None:
         """Row, column and value of the largest positive off-diagonal entry, or None for a Z-matrix."""
-        if isinstance(self.stiffness, Stencil):
-            return None
-        entries = self.G.tocoo()
-        i, j = entries.coords
-        off = np.where(i != j, entries.data, 0.0)
-        worst = int(np.argmax(off))
-        return (int(i[worst]), int(j[worst]), float(off[worst])) if off[worst] > 0 else None
+        return self.stiffness.positive_off_diagonal
 
     @property
     def is_z_matrix(self) -> bool:
@@ -178,7 +286,7 @@ class ContactQP:
         """Whether G is a Z-matrix with a verified `barrier`."""
         return self.barrier is not None
 
-    @cached_property
+    @property
     def barrier(self) -> Barrier | None:
         """A vector v > 0 with Gv > 0 that proves G an M-matrix, or None where G is no Z-matrix.
 
@@ -187,36 +295,32 @@ class ContactQP:
         ValueError
             If G turns out not to be positive definite.
         """
-        if not self.is_z_matrix:
-            return None
-        found = find_barrier(self.stiffness)
-        if found is None:
-            refuse_indefinite(self.G)
-        return found
+        return self.facts.barrier
 
-    @cached_property
+    @property
     def comparison_barrier(self) -> Barrier | None:
         """A vector v > 0 with ⟨G⟩v > 0, where ⟨G⟩ is G with its off-diagonal entries made ≤ 0, or None.
 
         It proves G an H-matrix, for which an enclosure is known as well (see `contactqp.proof.beyond_m_matrices`).
         """
-        if self.is_z_matrix:
-            return self.barrier
-        return find_barrier(self.stiffness.comparison()) if isinstance(self.stiffness, SparseStiffness) else None
+        return self.facts.comparison_barrier
 
-    @cached_property
+    @property
     def least_eigenvalue(self) -> tuple[float, Vector] | None:
         """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None for large matrices."""
-        from .eigenvalue import proven_least_eigenvalue
+        return self.facts.least_eigenvalue
 
-        return proven_least_eigenvalue(self.G)
+    def prepare(self) -> None:
+        """Find the facts about the matrix that judging needs, so that they cost no time later."""
+        _ = self.gap_scale, self.is_m_matrix
 
     @cached_property
     def gap_scale(self) -> float:
         """Length by which tolerances are measured, > 0 (see the class)."""
-        if self._gap_scale is not None:
-            return self._gap_scale
-        for force in (self._opening_forces, np.abs(self.q)):
+        given = self._own_gap_scale(self.barrier) if callable(self._own_gap_scale) else self._own_gap_scale
+        if given is not None:
+            return given
+        for force in (self._opening_forces, np.abs(self._forces_at_origin)):
             if self.barrier is not None:
                 scale = self.barrier.mean_deflection(force)
             else:
@@ -228,19 +332,27 @@ class ContactQP:
         return 1.0
 
     @property
+    def _forces_at_origin(self) -> Vector:
+        """Reaction at the admissible gap nearest to zero (force), shape (n,)."""
+        origin = self.bounds.nearest_zero
+        return self.q if isinstance(origin, float) else self.stiffness.matvec(origin) + self.q
+
+    @property
     def _opening_forces(self) -> Vector:
-        """What of q opens gaps: max(0, -q), and |q| where there is no support."""
-        return np.where(self.supported, np.maximum(-self.q, 0.0), np.abs(self.q))
+        """Moduli of the forces that move the admissible gap nearest to zero, which the bounds there do not balance."""
+        origin, force = self.bounds.nearest_zero, self._forces_at_origin
+        opening = np.where(self.upper > origin, np.maximum(-force, 0.0), 0.0)
+        return np.where(self.lower < origin, np.maximum(force, opening), opening)
 
     @cached_property
     def shut(self) -> bool:
-        """Whether no force opens a gap: then ω = 0 is the solution."""
-        if (self.q < 0).any():
+        """Whether no force moves the admissible gap nearest to zero: then it is the solution."""
+        if self.one_sided and (self._forces_at_origin < 0).any():
             return False
-        return bool(self.supported.all()) or not self.q[~self.supported].any()
+        return not self._opening_forces.any()
 
     def objective(self, gap: ArrayLike) -> float:
-        """Return ½ωᵀGω + qᵀω (force times length): the potential energy less that of the shut gap."""
+        """Return ½ωᵀGω + qᵀω (force times length): the potential energy less that of the gap zero."""
         omega = vector(gap, self.size, "gap")
         return float(0.5 * (omega @ self.stiffness.matvec(omega)) + self.q @ omega)
 
@@ -252,50 +364,30 @@ class ContactQP:
     def scaled(self) -> tuple[ContactQP, Units]:
         """Return the dimensionless problem and its units.
 
-        Its solution times ``units.length`` is this problem's. The largest diagonal entry is 1, and the gap scale; a
-        matrix gets a diagonal of ones, by a unit of length for each unknown, which keeps it symmetric and its signs.
+        The largest diagonal entry of its matrix is 1, and its gap scale; a matrix gets a diagonal of ones, by a unit of
+        length for each unknown, which keeps it symmetric and its signs. The gap zero is always admissible: where the
+        bounds exclude it, the dimensionless gap is counted from the admissible one nearest to it.
         """
-        problem = ContactQP.__new__(ContactQP)
-        units: Units
         with np.errstate(over="ignore"):
-            if isinstance(self.stiffness, SparseStiffness):
-                diagonal = self.stiffness.diagonal()
-                largest = float(diagonal.max())
-                relative = np.sqrt(largest / diagonal)
-                problem.stiffness = self.stiffness.balanced(relative / np.sqrt(largest))
-                units = Units(self.gap_scale * relative, self.gap_scale * largest / relative)
-            else:
-                largest = self.stiffness.largest_diagonal
-                problem.stiffness = self.stiffness.scaled(1 / largest)
-                units = Units(self.gap_scale, self.gap_scale * largest)
-            problem.q = read_only(self.q / units.force)
-        if not (np.isfinite(problem.q).all() and problem.stiffness.finite):
+            stiffness, relative, largest = self.facts.dimensionless
+            origin = self.bounds.nearest_zero
+            units = Units(self.gap_scale * relative, self.gap_scale * largest / relative, origin)
+            q = read_only(self._forces_at_origin / units.force)
+        if not (np.isfinite(q).all() and stiffness.finite):
             raise ValueError("the ranges of G and q are too wide for double precision: the scaled problem overflows")
-        problem.supported = self.supported
-        problem._gap_scale = 1.0
-        if isinstance(self.reference, float):
-            problem.reference = self.reference / units.length
+        problem = ContactQP.__new__(ContactQP)
+        if isinstance(self.reference, float) or not isinstance(origin, float):
+            reference = (self.reference - origin) / units.length
         else:
-            problem.reference = times(self.reference, 1 / units.length)
-        problem.frame_reference = None if self.frame_reference is None else self.frame_reference / units.length
-        if self.stencil is not None:
-            problem.__dict__["layout"] = self.layout
-        problem.__dict__["positive_off_diagonal"] = self.positive_off_diagonal
+            reference = times(self.reference, 1 / units.length)
+        frame = None if self.frame_reference is None else self.frame_reference / units.length
+        bounds = self.bounds.scaled(origin, units.length)
+        problem._fill(self.facts.scaled, q, bounds, 1.0, reference, frame)
         return problem, units
 
     def __repr__(self) -> str:
-        kind = "M-matrix" if self.is_m_matrix else "Z-matrix" if self.is_z_matrix else "no Z-matrix"
+        kind = "M-matrix" if self.is_z_matrix else "no Z-matrix"
         free = int(np.count_nonzero(~self.supported))
         unsupported = f", {free} unsupported" if free else ""
-        return f"ContactQP({self.size} unknowns, {self.stiffness.nonzeros} nonzeros, {kind}{unsupported})"
-
-
-def _support_mask(value: ArrayLike | None, size: int) -> Mask:
-    if value is None:
-        return np.ones(size, dtype=np.bool_)
-    mask = np.array(value)
-    if mask.dtype != np.bool_:
-        raise TypeError(f"supported must be boolean, got dtype {mask.dtype}")
-    if mask.shape != (size,):
-        raise ValueError(f"supported must have shape ({size},), got {mask.shape}")
-    return mask
+        ceiling = "" if self.one_sided else f", {int(np.count_nonzero(np.isfinite(self.upper)))} with an upper bound"
+        return f"ContactQP({self.size} unknowns, {self.stiffness.nonzeros} nonzeros, {kind}{unsupported}{ceiling})"

@@ -1,4 +1,9 @@
-"""A proven lower bound of the smallest eigenvalue of a symmetric matrix."""
+"""A proven lower bound of the smallest eigenvalue of a symmetric matrix.
+
+That σ minus a small number is one is proven by a Cholesky factorisation of G - σI that runs to completion in floating
+point: then the smallest eigenvalue of G - σI is at least -γ_{n+1}/(1 - γ_{n+1}) times its trace (Rump, *Verification of
+positive definiteness*, BIT 46, 2006; Higham, *Accuracy and Stability of Numerical Algorithms*, 2002, theorem 10.3).
+"""
 
 from __future__ import annotations
 

@@ -17,15 +17,14 @@ from ..foundation.text import at_most
 from ..models.base import ContactModel
 from ..problem.contact_qp import ContactQP
 from .beyond_m_matrices import COMPARISON, EIGENVALUE
-from .enclosure import (
-    enclosed_product,
-    enclosed_reaction,
-    middle_and_radius,
-    modulus_times,
-)
+from .enclosure import Enclosure, certain_contact, certainly_free, middle_and_radius
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+_NOWHERE: Mask = np.zeros(0, dtype=np.bool_)
+"""Stands for nodes of which none is meant, however many there are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +42,15 @@ class Certificate:
     gap_bound : float
         max |ω - ω*| is at most this (length), for the ω that was certified.
     contact : array of bool, shape (n,)
-        Nodes where R* > 0 is certain.
+        Nodes where R* ≠ 0 is certain: either bound holds them.
     clear : array of bool, shape (n,)
-        Nodes where ω* > 0 is certain, and all nodes without a support.
+        Nodes where ω* is certain to lie strictly between its bounds (with the lower bound 0 alone, ω* > 0), and all
+        nodes without a bound.
     barrier : str
         What the bounds are multiples of: ``"paraboloid"``, ``"strip along x"``, ``"strip along y"``, ``"linear solve"``
         or ``"free set"``; for a matrix that is no M-matrix ``"comparison matrix"`` or ``"smallest eigenvalue"``.
+    contact_upper : array of bool, shape (n,)
+        Nodes where R* < 0 is certain: the upper bound holds them. All False where there is none.
     """
 
     problem: ContactQP = field(repr=False)
@@ -59,6 +61,38 @@ class Certificate:
     clear: Mask
     barrier: str
     model: ContactModel | None = field(default=None, repr=False)
+    contact_upper: Mask = field(default_factory=lambda: _NOWHERE)
+
+    def __post_init__(self) -> None:
+        """Without an upper bound no node is in contact with one."""
+        if self.contact_upper is _NOWHERE:
+            object.__setattr__(self, "contact_upper", np.broadcast_to(np.False_, self.contact.shape))
+
+    @classmethod
+    def of(cls, problem: ContactQP, found: Enclosure) -> Certificate:
+        """Return what an enclosure of the solution proves."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            lower, upper = found.bounds(problem.bounds)
+            if not (np.isfinite(found.bound) and np.isfinite(lower).all() and np.isfinite(upper).all()):
+                return cls.unknown(problem, found.barrier)
+            at_lower, at_upper = certain_contact(problem, lower, upper)
+        lower[at_lower] = upper[at_lower] = problem.lower[at_lower]
+        lower[at_upper] = upper[at_upper] = problem.upper[at_upper]
+        clear = certainly_free(problem, lower, upper)
+        above = _NOWHERE if problem.one_sided else at_upper
+        return cls(problem, lower, upper, found.bound, at_lower | at_upper, clear, found.barrier, contact_upper=above)
+
+    @classmethod
+    def unknown(cls, problem: ContactQP, barrier: str) -> Certificate:
+        """Return the enclosure that always holds, for numbers whose bounds overflow."""
+        nowhere = np.zeros(problem.size, dtype=np.bool_)
+        unbounded = ~problem.supported & np.isposinf(problem.upper)
+        return cls(problem, np.array(problem.lower), np.array(problem.upper), np.inf, nowhere, unbounded, barrier)
+
+    @property
+    def contact_lower(self) -> Mask:
+        """Nodes where R* > 0 is certain: the lower bound, the support, holds them."""
+        return self.contact & ~self.contact_upper
 
     @property
     def undecided(self) -> Mask:
@@ -72,7 +106,7 @@ class Certificate:
 
     @property
     def contact_nodes(self) -> Bracket:
-        """Bracket of the number of nodes in contact, R* > 0: those certainly so, and with them the undecided ones."""
+        """Bracket of the number of nodes in contact, R* ≠ 0: those certainly so, and with them the undecided ones."""
         certain = int(np.count_nonzero(self.contact))
         return Bracket(certain, certain + int(np.count_nonzero(self.undecided)))
 
@@ -86,18 +120,22 @@ class Certificate:
     def reaction(self) -> tuple[Vector, Vector]:
         """Lower and upper bounds of the exact reaction R* = Gω* + q (force), shape (n,) each.
 
-        R* is 0 at nodes that are certainly clear, and ≥ 0 everywhere.
+        R* is 0 at nodes that are certainly clear, ≥ 0 where ω* is certainly below its upper bound, and ≤ 0 where it is
+        certainly above its lower one.
         """
         problem = self.problem
         with np.errstate(over="ignore", invalid="ignore"):
             middle, radius = middle_and_radius(self.lower, self.upper)
-            value, error = enclosed_reaction(problem, middle)
-            reach = modulus_times(problem, radius) * (1 + 2 * growth_bound(problem.stiffness)) + error
+            value, error = problem.stiffness.enclosed_product(middle, problem.q)
+            reach = problem.stiffness.modulus_matvec(radius) * (1 + 2 * growth_bound(problem.stiffness)) + error
             lower, upper = np.nextafter(value - reach, -np.inf), np.nextafter(value + reach, np.inf)
         known = np.isfinite(lower) & np.isfinite(upper)
-        lower = np.where(known & ~self.clear, np.maximum(lower, 0.0), 0.0)
-        upper = np.where(self.clear, 0.0, np.where(known, np.maximum(upper, 0.0), np.inf))
-        return lower, upper
+        pushed = np.isposinf(problem.upper) | (self.upper < problem.upper)
+        held_back = np.isneginf(problem.lower) | (self.lower > problem.lower)
+        lower, upper = np.where(known, lower, -np.inf), np.where(known, upper, np.inf)
+        lower, upper = (np.where(pushed, np.maximum(bound, 0.0), bound) for bound in (lower, upper))
+        lower, upper = (np.where(held_back, np.minimum(bound, 0.0), bound) for bound in (lower, upper))
+        return np.where(self.clear, 0.0, lower), np.where(self.clear, 0.0, upper)
 
     @cached_property
     def total_reaction(self) -> Bracket:
@@ -110,7 +148,7 @@ class Certificate:
         low, high = sum_below(lower), sum_above(upper)
         problem = self.problem
         with np.errstate(over="ignore", invalid="ignore"):
-            columns, slack = column_sums(problem)
+            columns, slack = problem.stiffness.enclosed_product(np.ones(problem.size))
             middle, radius = middle_and_radius(self.lower, self.upper)
             product = columns * middle
             reach = np.abs(columns) * radius + slack * (np.abs(middle) + radius)
@@ -118,7 +156,7 @@ class Certificate:
         if np.isfinite(product).all() and np.isfinite(reach).all():
             low = max(low, sum_below([*problem.q, *product, *-reach]))
             high = min(high, sum_above([*problem.q, *product, *reach]))
-        return Bracket(max(0.0, low), high)
+        return Bracket(max(0.0, low) if problem.one_sided else low, high)
 
     def contains(self, gap: ArrayLike) -> bool:
         """Whether ``gap`` lies between the bounds at every node.
@@ -161,8 +199,3 @@ class Certificate:
             f"Certificate(|gap error| <= {at_most(self.gap_bound, 3)}; {np.count_nonzero(self.contact)} in contact, "
             f"{np.count_nonzero(self.clear)} clear, {np.count_nonzero(self.undecided)} undecided; {kind})"
         )
-
-
-def column_sums(problem: ContactQP) -> tuple[Vector, Vector]:
-    """Return the column sums of G, and bounds of their rounding errors."""
-    return enclosed_product(problem, np.ones(problem.size))

@@ -1,37 +1,42 @@
 r"""Enclosures of the exact solution of an M-matrix problem, from a base vector and a barrier.
 
-Let ω* solve Gω + q = R ≥ 0, ω ≥ 0, ωᵀR = 0 with a nonsingular M-matrix G, and R(x) = Gx + q.
+Let ω* solve the problem with bounds l ≤ ω ≤ u and a nonsingular M-matrix G: with R(x) = Gx + q and R* = R(ω*), it is
+R*_i ≥ 0 wherever ω*_i < u_i, and R*_i ≤ 0 wherever ω*_i > l_i. (Without an upper bound and with l = 0: R* ≥ 0, ω* ≥ 0,
+ω*ᵀR* = 0.) A bound that is absent is infinite, and what is said of it below is then empty.
 
-*Supersolution.* If u ≥ 0 and R(u) ≥ 0, then ω* ≤ u. *Subsolution.* If R(z)_i ≤ 0 wherever z_i > 0, then z ≤ ω*. Proof
-of both (cf. Cottle, Pang and Stone, *The Linear Complementarity Problem*, 1992, theorem 3.11.6, on least elements):
-let d = ω* - u, or d = z - ω*, and S the nodes where d_i > 0. On S it is ω*_i > 0, so R*_i = 0 ≤ R(u)_i, or it is z_i
-> 0, so R(z)_i ≤ 0 ≤ R*_i. Either way (Gd)_i ≤ 0 on S, hence G_SS d_S ≤ -G_ST d_T with T the other nodes, where d_T ≤
-0 and G_ST ≤ 0; so G_SS d_S ≤ 0. G_SS is an M-matrix, its inverse is ≥ 0, and d_S ≤ 0: S is empty. At a node without
-support R* = 0 and ω* has no sign: there u needs R(u)_i ≥ 0 alone, and z needs R(z)_i ≤ 0 in any case.
+*Supersolution.* If x ≥ l, and R(x)_i ≥ 0 wherever x_i < u_i, then ω* ≤ x. *Subsolution.* If z ≤ u, and R(z)_i ≤ 0
+wherever z_i > l_i, then z ≤ ω*. Proof of both (cf. Cottle, Pang and Stone, *The Linear Complementarity Problem*, 1992,
+theorem 3.11.6, on least elements): let d = ω* - x, or d = z - ω*, and S the nodes where d_i > 0. On S it is
+x_i < ω*_i ≤ u_i and ω*_i > x_i ≥ l_i, so R*_i ≤ 0 ≤ R(x)_i; or it is z_i > ω*_i ≥ l_i and ω*_i < z_i ≤ u_i, so
+R(z)_i ≤ 0 ≤ R*_i. Either way (Gd)_i ≤ 0 on S, hence G_SS d_S ≤ -G_ST d_T with T the other nodes, where d_T ≤ 0 and
+G_ST ≤ 0; so G_SS d_S ≤ 0. G_SS is an M-matrix, its inverse is ≥ 0, and d_S ≤ 0: S is empty.
 
-*From a base.* Let b be any vector, v ≥ 0, s ≤ Gv. Then ω* ≤ b + τ⁺v for any τ⁺ with
+*From a base.* Let b be any vector, v > 0, s > 0, s ≤ Gv. Then b - τ⁻v ≤ ω* ≤ b + τ⁺v with
 
-.. math:: b_i + τ⁺v_i ≥ 0, \qquad R(b)_i + τ⁺s_i ≥ 0 \qquad \text{for all } i,
+.. math::
 
-because R(b + τ⁺v) = R(b) + τ⁺Gv; and b - τ⁻v ≤ ω* for
+    τ⁺ &= \max_i \max(0, (l_i - b_i)/v_i, \min((u_i - b_i)/v_i, -R(b)_i/s_i)), \\
+    τ⁻ &= \max_i \max(0, (b_i - u_i)/v_i, \min((b_i - l_i)/v_i, R(b)_i/s_i)).
 
-.. math:: τ⁻ = \max_i \max(0, \min(b_i/v_i, R(b)_i/s_i)) \qquad \text{over all } i \text{ with } v_i > 0,
-
-if s_i > 0 there and b_i ≤ 0 elsewhere: where b_i > τ⁻v_i, it is R(b)_i ≤ τ⁻s_i, so that R(b - τ⁻v)_i ≤ 0.
+For x = b + τ⁺v is ≥ l; and where x_i < u_i, it is τ⁺ < (u_i - b_i)/v_i, so that τ⁺ ≥ -R(b)_i/s_i, and R(x)_i =
+R(b)_i + τ⁺(Gv)_i ≥ R(b)_i + τ⁺s_i ≥ 0: a supersolution. Likewise b - τ⁻v is a subsolution. Any larger multiples will do
+as well.
 
 *Free-set barrier.* Let C be nodes taken for contact, F the others, v_F = G_FF⁻¹ 1 and v_C = 0. On F it is Gv = 1. On
-C it is (Gv)_C = G_CF v_F ≤ 0, negative beside F, so v is no barrier of G; and still it may be used, if b_C = 0: from
-below nothing is asked of C, where v_i = 0; from above R(b)_i + τ⁺s_i ≥ 0 must hold there, which it does for small τ⁺
-if the reaction R(b)_i > 0. So the error is allowed to spread through the free nodes alone, held at zero by the
-contact nodes as a membrane is by its frame, and the bound is the smaller, the smaller the free region. Of a node that
-is in contact beyond doubt even that may be dropped: as ω*_i = 0 is known, its row and column leave the problem, and
-what is left is one for the M-matrix of the other nodes.
+C it is (Gv)_C = G_CF v_F ≤ 0, negative beside F, so v is no barrier of G; and still it may be used, if b_i is l_i or
+u_i at each node of C. What is asked above of the nodes with v_i > 0 is asked of F. On C, where b + τ⁺v and b - τ⁻v are
+b, a node at u asks nothing from above, and one at l nothing from below; but for a supersolution R(b)_i + τ⁺s_i ≥ 0
+must hold at the nodes at l, which it does for small τ⁺ if the support pushes, R(b)_i > 0; and for a subsolution
+R(b)_i - τ⁻s_i ≤ 0 at those at u. So the error is allowed to spread through the free nodes alone, held by the contact
+nodes as a membrane is by its frame, and the bound is the smaller, the smaller the free region. Of a node that is in
+contact beyond doubt even that may be dropped: as ω*_i is known, its row and column leave the problem, and what is left
+is one for the M-matrix of the other nodes.
 
-*Relaxation.* The map T(x)_i = max(0, x_i - R(x)_i/G_ii) does not depend on x_i, and it is monotone, because the
-off-diagonal entries are ≤ 0; ω* is its fixed point. So an upper bound u of ω* has ω* = T(ω*) ≤ T(u), and min(u, T(u))
-is one again; likewise max(z, T(z)) from below. If u is a supersolution, T(u) ≤ u and T(u) is a supersolution again,
-since T(T(u)) ≤ T(u), whether nodes are relaxed together (Jacobi) or in turn (projected Gauss-Seidel): the bounds
-shrink monotonically.
+*Relaxation.* The map T(x)_i = min(u_i, max(l_i, x_i - R(x)_i/G_ii)) does not depend on x_i, and it is monotone, because
+the off-diagonal entries are ≤ 0; ω* is its fixed point. So an upper bound x of ω* has ω* = T(ω*) ≤ T(x), and
+min(x, T(x)) is one again; likewise max(z, T(z)) from below. If x is a supersolution, T(x) ≤ x and T(x) is a
+supersolution again, since T(T(x)) ≤ T(x), whether nodes are relaxed together (Jacobi) or in turn (projected
+Gauss-Seidel): the bounds shrink monotonically.
 
 All this is evaluated in floating point with every rounding bounded (Higham, *Accuracy and Stability of Numerical
 Algorithms*, 2002, ch. 3), so that it holds for the stored doubles G and q.
@@ -43,12 +48,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..algebra.stencil import Stencil
-from ..algebra.stiffness import growth_bound
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import DIFFERENCES, UNDERFLOW, UNIT_ROUNDOFF, gamma
+from ..problem.bounds import Bounds
 from ..problem.contact_qp import ContactQP
-from .compensated import accurate_reaction
 
 _GROW = 1 + 16 * UNIT_ROUNDOFF
 
@@ -73,13 +76,13 @@ class Base:
     @classmethod
     def of(cls, problem: ContactQP, omega: Vector) -> Base:
         """Return ``omega`` with its reaction in plain double precision."""
-        reaction, error = enclosed_reaction(problem, omega)
+        reaction, error = problem.stiffness.enclosed_product(omega, problem.q)
         return cls(omega, np.zeros(1), reaction, error)
 
     @classmethod
     def accurate(cls, problem: ContactQP, high: Vector, low: Vector) -> Base:
         """Return high + low with its reaction in about twice the precision."""
-        return cls(high, low, *accurate_reaction(problem, high, low))
+        return cls(high, low, *problem.stiffness.accurate_product(high, low, problem.q))
 
 
 @dataclass(frozen=True)
@@ -116,13 +119,15 @@ class Enclosure:
         barrier = self.barrier if self.bound <= other.bound else other.barrier
         return Enclosure(self.answer, np.fmin(self.fall, other.fall), np.fmin(self.rise, other.rise), barrier)
 
-    def bounds(self, supported: Mask) -> tuple[Vector, Vector]:
-        """Return lower ≤ ω* ≤ upper, rounded outwards."""
+    def bounds(self, admissible: Bounds) -> tuple[Vector, Vector]:
+        """Return lower ≤ ω* ≤ upper, rounded outwards, and within what is admissible."""
         slack = 4 * UNIT_ROUNDOFF
         lower, upper = self.answer - self.fall, self.answer + self.rise
         lower -= slack * np.abs(lower) + UNDERFLOW
         upper += slack * np.abs(upper) + UNDERFLOW
-        np.maximum(lower, 0.0, out=lower, where=supported)
+        np.maximum(lower, admissible.lower, out=lower)
+        if not admissible.one_sided:
+            np.minimum(upper, admissible.upper, out=upper)
         return lower, upper
 
 
@@ -133,58 +138,99 @@ class Multiples:
     Attributes
     ----------
     raise_by, lower_by : float
-    held : array of bool, shape (n,)
-        Whether node i, if v_i = 0, stays in contact when the others are raised; True where v_i > 0.
+    held, held_above : array of bool, shape (n,)
+        Whether node i, if v_i = 0, stays at its lower bound when the others are raised, and at its upper bound when
+        they are lowered; True where nothing is asked of it.
     """
 
     raise_by: float
     lower_by: float
     held: Mask
+    held_above: Mask
 
 
 def multiples(problem: ContactQP, base: Base, v: Vector, s: Vector, proven_contact: Mask | None = None) -> Multiples:
     """Return τ⁺ and τ⁻, enlarged by what rounding may have taken from them.
+
+    A distance from a bound that is not zero is a difference of two roundings, (b_high - l) + b_low, and is off by at
+    most 2u(|b_high - l| + |b_low|), u the unit roundoff; twice that is granted to both multiples.
 
     Parameters
     ----------
     problem : ContactQP
         With an M-matrix.
     base : Base
-        Zero wherever v is.
+        At a bound wherever v is zero.
     v, s : array, shape (n,)
         v ≥ 0 and s ≤ Gv, with s_i > 0 wherever v_i > 0.
     proven_contact : array of bool, shape (n,), optional
         Nodes of v_i = 0 that are known to be in contact.
     """
     reaching = v > 0
+    lower, upper = problem.lower, problem.upper
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        clearance = np.where(reaching & problem.supported, (base.high + base.low) / v, np.inf)
+        above_lower, slack = _distance(base, lower)
+        above_lower = np.where(reaching & problem.supported, above_lower / v, np.inf)
+        slack = np.where(reaching & (lower != 0) & problem.supported, slack / v, 0.0)
         pushed, pulled = (base.error - base.reaction) / s, (base.error + base.reaction) / s
-        needed = np.where(problem.supported, np.maximum(pushed, -clearance), pushed)
-        raise_by = float(needed.max(where=reaching, initial=0.0)) * _GROW + UNDERFLOW
-        lower_by = float(np.minimum(pulled, clearance).max(where=reaching, initial=0.0)) * _GROW + UNDERFLOW
+        raising, lowering = pushed, np.minimum(pulled, above_lower + slack)
+        at_upper: Mask | np.bool_ = np.False_
+        if not problem.one_sided:
+            below_upper, room = _distance(base, upper)
+            bounded = reaching & np.isfinite(upper)
+            below_upper = np.where(bounded, -below_upper / v, np.inf)
+            room = np.where(bounded, room / v, 0.0)
+            raising = np.minimum(raising, below_upper + room)
+            lowering = np.maximum(lowering, room - below_upper)
+            at_upper = (base.high == upper) & ~reaching
+        raising = np.where(problem.supported, np.maximum(raising, slack - above_lower), raising)
+        raise_by = float(raising.max(where=reaching, initial=0.0)) * _GROW + UNDERFLOW
+        lower_by = float(lowering.max(where=reaching, initial=0.0)) * _GROW + UNDERFLOW
         left = base.reaction - base.error + raise_by * s
-        held = reaching | (left >= 8 * UNIT_ROUNDOFF * np.abs(base.reaction))
+        certain = 8 * UNIT_ROUNDOFF * np.abs(base.reaction)
+        held = reaching | at_upper | (left >= certain)
+        held_above = np.ones(problem.size, dtype=np.bool_)
+        if not problem.one_sided:
+            held_above = ~at_upper | (lower_by * s - base.error - base.reaction >= certain)
     if proven_contact is not None:
         held |= proven_contact
-    return Multiples(raise_by, lower_by, held)
+        held_above |= proven_contact
+    return Multiples(raise_by, lower_by, held, held_above)
+
+
+def _distance(base: Base, bound: Vector) -> tuple[Vector, Vector]:
+    """Return how far the base lies above a bound, and what its rounding, twice over, amounts to."""
+    from_high = base.high - bound
+    return from_high + base.low, 4 * UNIT_ROUNDOFF * (np.abs(from_high) + np.abs(base.low))
 
 
 def enclosure_about(
-    answer: Vector, supported: Mask, base: Base, v: Vector, found: Multiples, barrier: str
+    answer: Vector, admissible: Bounds, base: Base, v: Vector, found: Multiples, barrier: str
 ) -> Enclosure:
     """Return the enclosure base - τ⁻v ≤ ω* ≤ base + τ⁺v, by its distance from an answer.
 
-    The rise is infinite, if a node of v_i = 0 is not held.
+    The rise is infinite if a node of v_i = 0 does not stay at its lower bound, and the fall if one does not stay at its
+    upper bound.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         raise_by = found.raise_by if found.held.all() else np.inf
+        lower_by = found.lower_by if found.held_above.all() else np.inf
         shift = (base.high - answer) + base.low
         slack = 8 * UNIT_ROUNDOFF * (np.abs(base.high - answer) + np.abs(base.low))
         up = np.full(v.shape, np.inf) if np.isinf(raise_by) else raise_by * v * _GROW
-        rise, fall = _widened(shift + up, slack), _widened(found.lower_by * v * _GROW - shift, slack)
-        np.minimum(fall, answer, out=fall, where=supported)
+        down = np.full(v.shape, np.inf) if np.isinf(lower_by) else lower_by * v * _GROW
+        rise, fall = _widened(shift + up, slack), _widened(down - shift, slack)
+        limit(answer, admissible, fall, rise)
     return Enclosure(answer, fall, rise, barrier)
+
+
+def limit(answer: Vector, admissible: Bounds, fall: Vector, rise: Vector) -> None:
+    """Let the distances from an answer, in place, reach no farther than the bounds of what is admissible."""
+    room = answer - admissible.lower
+    # A difference from zero is exact.
+    np.minimum(fall, room if admissible.standard else np.nextafter(room, np.inf), out=fall)
+    if not admissible.one_sided:
+        np.minimum(rise, np.nextafter(admissible.upper - answer, np.inf), out=rise)
 
 
 def _widened(distance: Vector, slack: Vector) -> Vector:
@@ -224,68 +270,46 @@ def relaxed(problem: ContactQP, lower: Vector, upper: Vector, sweeps: int = 1) -
 
 def _relaxed(problem: ContactQP, diagonal: Vector, omega: Vector, outwards: float) -> Vector:
     """Return T(ω), rounded upwards or downwards."""
-    reaction, error = enclosed_reaction(problem, omega)
+    reaction, error = problem.stiffness.enclosed_product(omega, problem.q)
     step = (reaction - outwards * error) / diagonal
     moved = omega - step
     moved += outwards * (8 * UNIT_ROUNDOFF * (np.abs(omega) + np.abs(step)) + UNDERFLOW)
-    return np.maximum(moved, 0.0, out=moved, where=problem.supported)
+    return problem.project(moved)
 
 
-def certain_contact(problem: ContactQP, lower: Vector, upper: Vector) -> Mask:
-    """Return the nodes where R* > 0 is certain, all others being as far away as they can be.
+def certainly_free(problem: ContactQP, lower: Vector, upper: Vector) -> Mask:
+    """Return the nodes that bounds of the solution keep away from both bounds of the problem, and unbounded nodes."""
+    above = (lower > problem.lower) | ~problem.supported
+    return above if problem.one_sided else above & ((upper < problem.upper) | np.isposinf(problem.upper))
 
-    If q_i + Σ_{j≠i} G_ij ω*_j > 0, then ω*_i > 0 would make R*_i > 0, which complementarity forbids; so ω*_i = 0,
-    and R*_i is that sum. For a Z-matrix it is least with the upper bounds.
+
+def certain_contact(problem: ContactQP, lower: Vector, upper: Vector) -> tuple[Mask, Mask]:
+    """Return the nodes that are certain to be held by the lower and by the upper bound.
+
+    Let r_i = q_i + Σ_{j≠i} G_ij ω*_j + G_ii l_i. If r_i > 0, then ω*_i > l_i would make R*_i = r_i + G_ii(ω*_i - l_i)
+    positive, which complementarity forbids; so ω*_i = l_i, and R*_i = r_i. For a Z-matrix r_i is least with the upper
+    bounds of the others. With u_i for l_i and the lower bounds of the others, a sum below zero holds node i at u_i.
     """
-    if problem.is_z_matrix:
-        reaction, error = enclosed_reaction(problem, upper)
-        own = problem.stiffness.diagonal() * upper
-        return np.asarray((reaction - own > 2 * error + gamma(DIFFERENCES) * np.abs(own)) & problem.supported)
-    middle, radius = middle_and_radius(lower, upper)
-    reaction, error = enclosed_reaction(problem, middle)
-    diagonal = problem.stiffness.diagonal()
-    others = modulus_times(problem, radius) - diagonal * radius
-    own = diagonal * middle
-    return np.asarray(
-        (reaction - own > 2 * error + others * _GROW + gamma(DIFFERENCES) * np.abs(own)) & problem.supported
-    )
+    diagonal, z_matrix = problem.stiffness.diagonal(), problem.is_z_matrix
 
+    def sums(others: Vector, bound: Vector, spread: Vector) -> tuple[Vector, Vector]:
+        """Return the sums r with such values of the others, and a bound of their errors."""
+        reaction, error = problem.stiffness.enclosed_product(others, problem.q)
+        own = diagonal * (others - bound)
+        return reaction - own, 2 * error + spread + gamma(DIFFERENCES) * np.abs(own)
 
-def enclosed_reaction(problem: ContactQP, omega: Vector) -> tuple[Vector, Vector]:
-    """Return R = Gω + q as computed, and a bound of its rounding error."""
-    return _enclosed(problem, omega, problem.q)
-
-
-def enclosed_product(problem: ContactQP, vector: Vector) -> tuple[Vector, Vector]:
-    """Return G times a vector as computed, and a bound of its rounding error."""
-    return _enclosed(problem, vector, np.zeros(1))
-
-
-def _enclosed(problem: ContactQP, omega: Vector, force: Vector) -> tuple[Vector, Vector]:
-    stencil = problem.stencil
-    if stencil is not None:
-        # Differences of neighbours keep the digits that a product with the diagonal would lose.
-        product, bound = stencil.pull_and_magnitude(stencil.pad(omega))
-        bound += np.abs(force)
-        bound *= gamma(DIFFERENCES)
+    if z_matrix:
+        below, above, spread = upper, lower, np.zeros(1)
     else:
-        product = problem.stiffness.matvec(omega)
-        if problem.is_z_matrix and omega.min() >= 0:
-            bound = problem.stiffness.diagonal() * (2 * omega) - product
-        else:
-            bound = modulus_times(problem, np.abs(omega))
-        bound += np.abs(force)
-        bound *= growth_bound(problem.stiffness)
-    bound += UNDERFLOW
-    return product + force, bound
-
-
-def modulus_times(problem: ContactQP, vector: Vector) -> Vector:
-    """Return |G| times a vector, for a Z-matrix without a second matrix."""
-    stiffness = problem.stiffness
-    if isinstance(stiffness, Stencil) or problem.is_z_matrix:
-        return np.asarray(stiffness.diagonal() * (2 * vector) - stiffness.matvec(vector))
-    return stiffness.modulus_matvec(vector)
+        middle, radius = middle_and_radius(lower, upper)
+        below = above = middle
+        spread = (problem.stiffness.modulus_matvec(radius) - diagonal * radius) * _GROW
+    total, error = sums(below, problem.lower, spread)
+    at_lower = np.asarray((total > error) & problem.supported)
+    if problem.one_sided:
+        return at_lower, np.zeros(problem.size, dtype=np.bool_)
+    total, error = sums(above, problem.upper, spread)
+    return at_lower, np.asarray((-total > error) & np.isfinite(problem.upper))
 
 
 def middle_and_radius(lower: Vector, upper: Vector) -> tuple[Vector, Vector]:

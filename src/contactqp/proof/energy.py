@@ -1,18 +1,20 @@
 r"""Extremum properties of the solution: its energies, and what it is the least of.
 
-*Energies.* Potential energy of a gap ω, less that of the shut gap: E(ω) = ½ωᵀGω + qᵀω. Complementary energy of a
-reaction R: E_c(R) = ½(R - q)ᵀG⁻¹(R - q). For every admissible gap, ω ≥ 0, and every admissible reaction, R ≥ 0, and
-R = 0 where there is no support,
+*Energies.* Potential energy of a gap ω, less that of the gap zero: E(ω) = ½ωᵀGω + qᵀω. Complementary energy of a
+reaction R = R⁺ - R⁻: E_c(R) = ½(R - q)ᵀG⁻¹(R - q) - lᵀR⁺ + uᵀR⁻; with the lower bound 0 alone, only the first term. For
+every admissible gap, l ≤ ω ≤ u, and every admissible reaction, R⁺ = 0 where there is no lower bound and R⁻ = 0 where
+there is no upper one,
 
 .. math:: -E_c(R) ≤ -E_c(R*) = E(ω*) ≤ E(ω),
 
-because E(ω) + E_c(R) = ½‖ω - G⁻¹(R - q)‖²_G + ωᵀR ≥ ωᵀR ≥ 0, with equality at the solution. So of all admissible
-gaps the solution has the least potential energy, and of all admissible reactions the least complementary energy
-(Dorn, *Duality in quadratic programming*, Quart. Appl. Math. 18, 1960).
+because E(ω) + E_c(R) = ½‖ω - G⁻¹(R - q)‖²_G + (ω - l)ᵀR⁺ + (u - ω)ᵀR⁻ ≥ 0, with equality at the solution. So of all
+admissible gaps the solution has the least potential energy, and of all admissible reactions the least complementary
+energy (Dorn, *Duality in quadratic programming*, Quart. Appl. Math. 18, 1960).
 
-*Least element.* For a Z-matrix, of all gaps with ω ≥ 0 and Gω + q ≥ 0 the solution is the least, node by node, and
-minimises cᵀω for every c > 0 (Mangasarian, *Linear complementarity problems solvable by a single linear program*,
-Math. Program. 10, 1976). In deflections: of all w ≤ f that are subsolutions, Gw ≤ P + b, it is the largest.
+*Least element.* For a Z-matrix and without upper bounds, of all gaps with ω ≥ l and Gω + q ≥ 0 the solution is the
+least, node by node, and minimises cᵀω for every c > 0 (Mangasarian, *Linear complementarity problems solvable by a
+single linear program*, Math. Program. 10, 1976). In deflections: of all w ≤ f that are subsolutions, Gw ≤ P + b, it is
+the largest.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ from numpy.typing import ArrayLike
 
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, vector
-from ..methods.active_set.primal_dual import DIRECT_SIZE
+from ..methods.factors import factorised
+from ..methods.linear import solver
 from ..models.base import ContactModel, split
 from ..problem.contact_qp import ContactQP
 
@@ -54,7 +57,9 @@ def potential_energy(problem: ContactQP | ContactModel, gap: ArrayLike) -> float
 
 
 def complementary_energy(problem: ContactQP | ContactModel, reaction: ArrayLike) -> float:
-    """Return E_c(R) = ½(R - q)ᵀG⁻¹(R - q) (force times length); it takes a linear solve.
+    """Return E_c(R) = ½(R - q)ᵀG⁻¹(R - q) - lᵀR⁺ + uᵀR⁻ (force times length); it takes a linear solve.
+
+    R⁺ and R⁻ are the positive and the negative part of R = R⁺ - R⁻. Where a bound is absent the term counts as zero.
 
     Parameters
     ----------
@@ -75,15 +80,18 @@ def complementary_energy(problem: ContactQP | ContactModel, reaction: ArrayLike)
     (0.25, 0.303333333333)
     """
     _, algebra = split(problem)
-    force = vector(reaction, algebra.size, "reaction") - algebra.q
-    return 0.5 * float(force @ _solved(algebra, force))
+    push = vector(reaction, algebra.size, "reaction")
+    force = push - algebra.q
+    at_bounds = np.where(push > 0, _finite(algebra.lower), _finite(algebra.upper)) * push
+    return 0.5 * float(force @ _solved(algebra, force)) - float(at_bounds.sum())
 
 
 def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket:
     """Return -E_c(R) and E(ω) of the admissible states next to an answer: E(ω*) lies between them, up to rounding.
 
-    The gap is cut to ω ≥ 0; its reaction is cut to R ≥ 0, and to 0 where there is no support. The difference of the
-    two is the duality gap; it vanishes at the solution only.
+    The gap is projected between its bounds; its reaction is cut to R ≥ 0 where there is no upper bound, to R ≤ 0 where
+    there is no lower one, and to 0 where there is neither. The difference of the two is the duality gap; it vanishes at
+    the solution only.
 
     Parameters
     ----------
@@ -104,13 +112,20 @@ def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket
     """
     _, algebra = split(problem)
     omega = vector(gap, algebra.size, "gap")
-    admissible = np.where(algebra.supported, np.maximum(omega, 0.0), omega)
-    reaction = np.where(algebra.supported, np.maximum(algebra.reaction(admissible), 0.0), 0.0)
+    admissible = algebra.project(omega)
+    reaction = algebra.reaction(admissible)
+    pressed = np.where(algebra.supported, np.maximum(reaction, 0.0), 0.0)
+    reaction = (
+        pressed if algebra.one_sided else pressed + np.where(np.isfinite(algebra.upper), np.minimum(reaction, 0.0), 0.0)
+    )
     return Bracket(-complementary_energy(algebra, reaction), potential_energy(algebra, admissible))
 
 
 def feasible(problem: ContactQP | ContactModel, gap: ArrayLike, slack: float = 0.0) -> Mask:
-    """Return at which nodes a gap satisfies ω ≥ 0 and R ≥ 0; the solution is the least gap that does everywhere.
+    """Return at which nodes a gap satisfies ω ≥ l, and R ≥ 0 or ω ≥ u.
+
+    For a Z-matrix the solution is the least gap that does everywhere. Without an upper bound and with l = 0 the two
+    conditions are ω ≥ 0 and R ≥ 0.
 
     Parameters
     ----------
@@ -118,7 +133,7 @@ def feasible(problem: ContactQP | ContactModel, gap: ArrayLike, slack: float = 0
     gap : array, shape (n,)
         ω (length).
     slack : float
-        Length by which ω, and R over the stiffness G_ii, may be below 0.
+        Length by which ω - l, and R over the stiffness G_ii, may be below 0, and ω below u.
 
     Returns
     -------
@@ -133,15 +148,22 @@ def feasible(problem: ContactQP | ContactModel, gap: ArrayLike, slack: float = 0
     _, algebra = split(problem)
     omega = vector(gap, algebra.size, "gap")
     pressed = algebra.reaction(omega) >= -slack * algebra.stiffness.diagonal()
-    return np.asarray(pressed & ((omega >= -slack) | ~algebra.supported))
+    if not algebra.one_sided:
+        pressed |= omega >= algebra.upper - slack
+    return np.asarray(pressed & (omega - algebra.lower >= -slack))
+
+
+def _finite(bound: Vector) -> Vector:
+    return np.where(np.isfinite(bound), bound, 0.0)
 
 
 def _solved(problem: ContactQP, force: Vector) -> Vector:
     """Return G⁻¹ force to rounding, by factors or, on large lattices, by multigrid."""
-    if problem.stencil is not None and problem.size > DIRECT_SIZE and 1 not in problem.stencil.mask.shape:
-        from ..methods.multigrid.linear import solve_linear
-
-        return solve_linear(problem.stencil, force, _PRECISE)
-    from scipy.sparse import linalg
-
-    return np.asarray(linalg.splu(problem.G.tocsc(), permc_spec="MMD_AT_PLUS_A").solve(force))
+    if problem.stencil is not None:
+        found = solver(problem.stiffness, _PRECISE)
+        solve = None if found is None else found[0]
+    else:
+        solve = factorised(problem.G, pivoting=True)
+    if solve is None:
+        raise ValueError(f"the matrix of {problem!r} is singular in double precision")
+    return solve(force)

@@ -1,6 +1,6 @@
 """Compiled passes of judge and certificate over a lattice whose arms are equal in each direction.
 
-They say in one pass over memory what `certificate` and `judge` say in many, with the same bounds of rounding errors, so
+They say in one pass over memory what `vector_measures` says in many, with the same bounds of rounding errors, so
 they are compiled without any license to rearrange sums. ``rows`` and ``columns`` make up the barrier,
 v[i, j] = rows[i] + columns[j], and ``s`` <= Gv.
 """
@@ -12,13 +12,16 @@ from numba import njit
 
 from ..foundation.rounding import DIFFERENCES, UNDERFLOW, UNIT_ROUNDOFF, gamma
 from ..geometry.numbering_kernels import GRID, READ_ONLY_VECTOR, RUNS
+from ..geometry.runs import BOUNDED, FIRST, KIND, LAST, NODE, ROW, SUPPORTED
 
 _ERROR = gamma(DIFFERENCES)
 _SLACK = 4 * UNIT_ROUNDOFF
+_DOUBLE = 2 * UNIT_ROUNDOFF
 _UNDERFLOW = UNDERFLOW
 
 _PLACE = f"float64, float64, {RUNS}, int64[::1]"
 _BARRIER = "float64[::1], float64[::1], float64"
+_BOUNDS = f"{READ_ONLY_VECTOR}, {READ_ONLY_VECTOR}"
 
 
 @njit(inline="always")
@@ -33,18 +36,22 @@ def _reaction(omega, i, j, across, along, force):  # type: ignore[no-untyped-def
 
 
 @njit(
-    f"UniTuple(float64, 8)({GRID}, {READ_ONLY_VECTOR}, {READ_ONLY_VECTOR}, int64, {_PLACE}, {_BARRIER}, int64, int64)",
+    f"UniTuple(float64, 8)({GRID}, {READ_ONLY_VECTOR}, {READ_ONLY_VECTOR}, int64, {_BOUNDS}, {_PLACE}, {_BARRIER}, "
+    "int64, int64)",
     cache=True,
     nogil=True,
     error_model="numpy",
 )
-def measure(omega, q, reference, step, across, along, runs, row_start, rows, columns, s, lo, hi):  # type: ignore[no-untyped-def]
+def measure(  # type: ignore[no-untyped-def]
+    omega, q, reference, step, floor, ceiling, across, along, runs, row_start, rows, columns, s, lo, hi
+):
     """Measure ω on the rows [lo, hi).
 
-    Returns the largest -ω/v and -R/s, the largest min(ω/v, R/s), the least ω of supported nodes, the least R, the sums
-    of ωR and of ω(R + q)/2, the largest modulus of min(ω, R/G_ii), and the largest |reference - ω|. The first two are
-    infinite if a number is too large for its error to be bounded.
-    ``reference`` is indexed by ``step`` times the node.
+    Returns the multiples τ⁺ and τ⁻ of the barrier (see `enclosure`), the least distance from a bound, the least R (with
+    an upper bound alone, -R), the sums of ωR (with bounds other than zero, of R times the distance from the bound that
+    it belongs to) and of ω(R + q)/2, the largest modulus of the natural residual, and the largest |reference - ω|. The
+    first two are infinite if a number is too large for its error to be bounded. ``reference`` is indexed by ``step``
+    times the node; ``floor`` and ``ceiling`` are the bounds of nodes that are `BOUNDED`.
     """
     raise_by, lower_by, least_gap, least_reaction = 0.0, 0.0, np.inf, np.inf
     work, energy, natural, size = 0.0, 0.0, 0.0, 0.0
@@ -53,7 +60,7 @@ def measure(omega, q, reference, step, across, along, runs, row_start, rows, col
     # subnormal number overflows, and then nothing is proven.
     per_s, per_diagonal = 1.0 / s, 0.5 / (across + along)
     for run in range(row_start[lo], row_start[hi]):
-        i, first, last, node = runs[run, 0], runs[run, 1], runs[run, 2], runs[run, 3]
+        i, first, last, node, kind = runs[run, ROW], runs[run, FIRST], runs[run, LAST], runs[run, NODE], runs[run, KIND]
         run_work = run_energy = 0.0
         for k in range(last - first):
             j = first + k
@@ -61,17 +68,38 @@ def measure(omega, q, reference, step, across, along, runs, row_start, rows, col
             reaction, error = _reaction(omega, i, j, across, along, force)
             bounded = bounded and error < np.inf
             high, low, correction = (error + reaction) * per_s, (error - reaction) * per_s, reaction * per_diagonal
-            if runs[run, 4]:
+            distance = gap
+            if kind == SUPPORTED:
                 clearance = gap / (rows[i] + columns[j])
                 raise_by = max(raise_by, -clearance)
                 high = min(high, clearance)
                 least_gap = min(least_gap, gap)
                 correction = min(correction, gap)
+                least_reaction = min(least_reaction, reaction)
+            elif kind == BOUNDED:
+                v, below, above = rows[i] + columns[j], floor[node + k], ceiling[node + k]
+                over_floor, under_ceiling = gap - below, above - gap
+                # A rounded difference is off by half a unit in its last place, which twice the unit roundoff exceeds.
+                low = min(low, (under_ceiling + _DOUBLE * abs(under_ceiling)) / v)
+                low = max(low, (_DOUBLE * abs(over_floor) - over_floor) / v if below > -np.inf else -np.inf)
+                high = min(high, (over_floor + _DOUBLE * abs(over_floor)) / v)
+                high = max(high, (_DOUBLE * abs(under_ceiling) - under_ceiling) / v if above < np.inf else -np.inf)
+                least_gap = min(least_gap, min(over_floor, under_ceiling))
+                correction = max(min(correction, over_floor), -under_ceiling)
+                if above == np.inf:
+                    least_reaction = min(least_reaction, reaction)
+                elif below == -np.inf:
+                    least_reaction = min(least_reaction, -reaction)
+                if reaction < 0.0 and above < np.inf:
+                    distance = -under_ceiling
+                elif below > -np.inf:
+                    distance = over_floor
+            else:
+                least_reaction = min(least_reaction, reaction)
             raise_by, lower_by = max(raise_by, low), max(lower_by, high)
-            least_reaction = min(least_reaction, reaction)
             natural = max(natural, abs(correction))
             size = max(size, abs(reference[step * (node + k)] - gap))
-            run_work += gap * reaction
+            run_work += distance * reaction
             run_energy += 0.5 * gap * (reaction + force)
         work += run_work
         energy += run_energy
@@ -81,13 +109,26 @@ def measure(omega, q, reference, step, across, along, runs, row_start, rows, col
 
 
 @njit(inline="always")
+def _reaction_at(omega, i, j, own, across, along, force, shift):  # type: ignore[no-untyped-def]
+    """Return R at a node that is at a bound, with a shift that the others' bounds make, and a bound of its error.
+
+    The neighbours are as far away as they can be: their arms pull by a force ``shift`` more than those of ω do.
+    """
+    west, east = own - omega[i, j - 1], own - omega[i, j + 1]
+    south, north = own - omega[i - 1, j], own - omega[i + 1, j]
+    reaction = ((across * (west + east) + along * (south + north)) + shift) + force
+    magnitude = (across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + abs(shift) + abs(force)
+    return reaction, _ERROR * magnitude + _UNDERFLOW
+
+
+@njit(inline="always")
 def _upper(gap, rise):  # type: ignore[no-untyped-def]
     return (gap + rise) + (_SLACK * (abs(gap) + rise) + _UNDERFLOW)
 
 
 @njit(
-    f"Tuple((float64, boolean))({GRID}, {READ_ONLY_VECTOR}, {_PLACE}, {_BARRIER}, float64, float64, float64[::1], "
-    "float64[::1], boolean[::1], boolean[::1], int64, int64)",
+    f"Tuple((float64, boolean))({GRID}, {READ_ONLY_VECTOR}, {_BOUNDS}, {_PLACE}, {_BARRIER}, float64, float64, "
+    "float64[::1], float64[::1], boolean[::1], boolean[::1], boolean[::1], int64, int64)",
     cache=True,
     nogil=True,
     error_model="numpy",
@@ -95,6 +136,8 @@ def _upper(gap, rise):  # type: ignore[no-untyped-def]
 def enclose(  # type: ignore[no-untyped-def]
     omega,
     q,
+    floor,
+    ceiling,
     across,
     along,
     runs,
@@ -107,6 +150,7 @@ def enclose(  # type: ignore[no-untyped-def]
     lower,
     upper,
     contact,
+    contact_above,
     clear,
     lo,
     hi,
@@ -114,7 +158,7 @@ def enclose(  # type: ignore[no-untyped-def]
     """Write the enclosure on the rows [lo, hi); return the largest distance of ω from it, and whether all is finite."""
     bound, finite = 0.0, True
     for run in range(row_start[lo], row_start[hi]):
-        i, first, last, node = runs[run, 0], runs[run, 1], runs[run, 2], runs[run, 3]
+        i, first, last, node, kind = runs[run, ROW], runs[run, FIRST], runs[run, LAST], runs[run, NODE], runs[run, KIND]
         for k in range(last - first):
             j = first + k
             gap, v = omega[i, j], rows[i] + columns[j]
@@ -132,14 +176,33 @@ def enclose(  # type: ignore[no-untyped-def]
             held_shut = drive - pull  # where this overflows, it is not above its error, and proves nothing
             error = _ERROR * (force + abs(drive)) + _UNDERFLOW
             touching = False
-            if runs[run, 4]:
+            if kind == SUPPORTED:
                 low = max(low, 0.0)
                 touching = held_shut > 2 * error
                 clear[node + k] = low > 0.0
+                contact[node + k] = touching
+                lower[node + k], upper[node + k] = (0.0, 0.0) if touching else (low, high)
+            elif kind == BOUNDED:
+                below, above = floor[node + k], ceiling[node + k]
+                low, high = max(low, below), min(high, above)
+                drop = lower_by * (across * sideways + along * endways)
+                at_floor, error = _reaction_at(omega, i, j, below, across, along, drive, -lift)
+                touching = below > -np.inf and at_floor > 2 * error
+                at_ceiling, error = _reaction_at(omega, i, j, above, across, along, drive, drop)
+                touching_above = above < np.inf and -at_ceiling > 2 * error
+                clear[node + k] = (low > below or below == -np.inf) and (high < above or above == np.inf)
+                contact[node + k] = touching or touching_above
+                if contact_above.size:
+                    contact_above[node + k] = touching_above
+                if touching:
+                    lower[node + k] = upper[node + k] = below
+                elif touching_above:
+                    lower[node + k] = upper[node + k] = above
+                else:
+                    lower[node + k], upper[node + k] = low, high
             else:
-                clear[node + k] = True
-            contact[node + k] = touching
-            lower[node + k], upper[node + k] = (0.0, 0.0) if touching else (low, high)
+                clear[node + k], contact[node + k] = True, False
+                lower[node + k], upper[node + k] = low, high
             bound = max(bound, max(high - gap, gap - low))
             finite = finite and np.isfinite(high) and np.isfinite(low)
     return bound, finite

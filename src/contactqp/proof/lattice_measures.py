@@ -1,18 +1,23 @@
-"""LatticeBounds: what judge and certificate want to know of an answer on a large lattice, in one compiled pass."""
+"""Measures of an answer on a large lattice, in one compiled pass."""
 
 from __future__ import annotations
 
-from functools import cache, cached_property
+from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from ..foundation.checks import Mask, Vector, repeated
+from ..foundation.checks import Vector, repeated
 from ..foundation.progress import compiling
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..foundation.threads import Team
+from ..geometry.numbering import Grid
 from ..problem.barrier import Parabola
 from ..problem.contact_qp import ContactQP
+from .certificate import Certificate
+from .measures import Measures
+from .residuals import Residuals
 
 _WORTH_COMPILED_PASSES = 10_000
 """Nodes above which passes in memory cost more than loading the compiled ones."""
@@ -22,10 +27,10 @@ _GROW = 1 + 16 * UNIT_ROUNDOFF
 
 def parabola_of(problem: ContactQP) -> Parabola | None:
     """Return the problem's barrier if compiled passes apply: a large lattice with arms equal in each direction."""
-    if problem.size < _WORTH_COMPILED_PASSES or problem.stencil is None:
+    if problem.size < _WORTH_COMPILED_PASSES or problem.stiffness.uniform_lattice is None:
         return None
     barrier = problem.barrier
-    return barrier if isinstance(barrier, Parabola) and problem.stencil.uniform else None
+    return barrier if isinstance(barrier, Parabola) else None
 
 
 @cache
@@ -35,8 +40,8 @@ def _kernels() -> tuple[Any, Any]:
     return measure, enclose
 
 
-class LatticeBounds:
-    """Measures of one answer, shared by the certificate and the residuals.
+class LatticeMeasures(Measures):
+    """See `Measures`; the numbers are kept, not the passes' arrays.
 
     Parameters
     ----------
@@ -44,53 +49,76 @@ class LatticeBounds:
     barrier : Parabola
         See `parabola_of`.
     gap : array, shape (n,)
-        Finite.
+        A finite gap (length).
     """
 
     def __init__(self, problem: ContactQP, barrier: Parabola, gap: Vector) -> None:
         measure, _ = _kernels()
-        assert problem.stencil is not None
-        self.problem, self.barrier = problem, barrier
-        self._layout = problem.layout
-        self._grid = self._layout.grid(np.ascontiguousarray(gap, dtype=np.float64))
-        self._arms = float(problem.stencil.horizontal), float(problem.stencil.vertical)
-        self._place = self._layout.runs, self._layout.row_start
-        self._shape = barrier.rows, barrier.columns, barrier.least_s
+        stencil = problem.stiffness.uniform_lattice
+        assert stencil is not None
+        self.problem, self._barrier, self._gap = problem, barrier, gap
+        self._arms = float(stencil.horizontal), float(stencil.vertical)
+        self._bounds = (np.zeros(0), np.zeros(0)) if problem.bounds.standard else _contiguous(problem)
         reference = np.atleast_1d(np.asarray(problem.reference, dtype=np.float64))
         reference = reference[:1].copy() if repeated(reference) else np.ascontiguousarray(reference)
-        found = self._pass(measure, (problem.q, reference, int(reference.size > 1)))
-        columns = np.array(found).T
-        raise_by, lower_by, least_gap, least_reaction, work, energy, natural, size = columns
+        grid = self._grid()
+        found = self._pass(measure, grid, (problem.q, reference, int(reference.size > 1)))
+        raise_by, lower_by, least_gap, least_reaction, work, energy, natural, size = np.array(found).T
         self.raise_by = float(raise_by.max()) * _GROW + UNDERFLOW
         self.lower_by = float(lower_by.max()) * _GROW + UNDERFLOW
-        self.least_gap, self.least_reaction = float(least_gap.min()), float(least_reaction.min())
-        self.complementarity, self.objective = float(work.sum()), float(energy.sum())
-        self.natural_residual = float(natural.max())
-        self.largest_deflection = float(size.max())
+        self._largest_gap = max(abs(float(grid.max())), abs(float(grid.min())))
+        self._largest_deflection = float(size.max())
+        self._residuals = Residuals(
+            min_gap=float(least_gap.min()),
+            min_reaction=float(least_reaction.min()),
+            complementarity=float(work.sum()),
+            natural_residual=float(natural.max()),
+            objective=float(energy.sum()),
+        )
 
-    def _pass(self, kernel: Any, data: tuple[Any, ...], results: tuple[Any, ...] = ()) -> list[Any]:
-        """Return what a kernel returns for each strip of the lattice."""
-        with Team() as team:
-            strips = team.strips(1, self._layout.rows + 1, self._layout.columns)
-            return team.run(kernel, strips, self._grid, *data, *self._arms, *self._place, *self._shape, *results)
+    @property
+    def residuals(self) -> Residuals:
+        """See `Measures`."""
+        return self._residuals
 
-    @cached_property
+    @property
+    def largest_deflection(self) -> float:
+        """See `Measures`."""
+        return self._largest_deflection
+
+    @property
     def gap_bound(self) -> float:
-        """Bound of |ω - ω*|: the enclosure's, or a little more (it does not know that ω* >= 0)."""
+        """Bound of |ω - ω*|: the certificate's, or a little more, for it does not know what is admissible."""
         with np.errstate(over="ignore"):
-            step = max(self.raise_by, self.lower_by) * self.barrier.largest_v
-            largest = max(abs(float(self._grid.max())), abs(float(self._grid.min())))
-            return _GROW * (step + 8 * UNIT_ROUNDOFF * (step + largest)) + 4 * UNDERFLOW
+            step = max(self.raise_by, self.lower_by) * self._barrier.largest_v
+            return _GROW * (step + 8 * UNIT_ROUNDOFF * (step + self._largest_gap)) + 4 * UNDERFLOW
 
-    def enclosure(self) -> tuple[Vector, Vector, Mask, Mask, float] | None:
-        """Return lower, upper, contact, clear and the bound of |ω - ω*|; None where numbers overflow."""
+    def certificate(self) -> Certificate:
+        """See `Measures`."""
         _, enclose = _kernels()
-        size = self.problem.size
+        problem, size = self.problem, self.problem.size
         lower, upper = np.empty(size), np.empty(size)
         contact, clear = np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.bool_)
-        results = self.raise_by, self.lower_by, lower, upper, contact, clear
-        found = self._pass(enclose, (self.problem.q,), results)
+        above = np.zeros(0 if problem.one_sided else size, dtype=np.bool_)
+        results = self.raise_by, self.lower_by, lower, upper, contact, above, clear
+        found = self._pass(enclose, self._grid(), (problem.q,), results)
         bound = max(bound for bound, _ in found)
         if not all(finite for _, finite in found) or not np.isfinite(bound):
-            return None
-        return lower, upper, contact, clear, _GROW * bound + UNDERFLOW
+            return Certificate.unknown(problem, self._barrier.kind)
+        certificate = Certificate(problem, lower, upper, _GROW * bound + UNDERFLOW, contact, clear, self._barrier.kind)
+        return certificate if problem.one_sided else replace(certificate, contact_upper=above)
+
+    def _grid(self) -> Grid:
+        return self.problem.layout.grid(np.ascontiguousarray(self._gap, dtype=np.float64))
+
+    def _pass(self, kernel: Any, grid: Grid, data: tuple[Any, ...], results: tuple[Any, ...] = ()) -> list[Any]:
+        """Return what a kernel returns for each strip of the lattice."""
+        layout, barrier = self.problem.layout, self._barrier
+        place, shape = (layout.runs, layout.row_start), (barrier.rows, barrier.columns, barrier.least_s)
+        with Team() as team:
+            strips = team.strips(1, layout.rows + 1, layout.columns)
+            return team.run(kernel, strips, grid, *data, *self._bounds, *self._arms, *place, *shape, *results)
+
+
+def _contiguous(problem: ContactQP) -> tuple[Vector, Vector]:
+    return np.ascontiguousarray(problem.lower), np.ascontiguousarray(problem.upper)

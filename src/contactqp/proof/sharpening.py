@@ -1,8 +1,9 @@
 """A sharper enclosure: Newton's step from the answer, the free-set barrier, and monotone relaxation.
 
 How good a base vector is does not matter to the proof, only to the width. So the base is made better than the answer:
-its contact nodes are held at zero, the equations of the others are solved for a correction, and the correction is
-kept apart, as the low part of a sum, so that it loses no digits. What is left out of balance is bounded by a barrier.
+its contact nodes are held at their bounds, the equations of the others are solved for a correction, and the correction
+is kept apart, as the low part of a sum, so that it loses no digits. What is left out of balance is bounded by a
+barrier.
 """
 
 from __future__ import annotations
@@ -11,18 +12,17 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..algebra.compensated import two_sum
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNIT_ROUNDOFF
-from ..methods.active_set.primal_dual import DIRECT_SIZE
+from ..methods.factors import DIRECT_SIZE
 from ..methods.linear import free_set_solver
 from ..problem.contact_qp import ContactQP
-from .compensated import two_sum
 from .enclosure import (
     Base,
     Enclosure,
     certain_contact,
-    enclosed_product,
-    enclosed_reaction,
+    certainly_free,
     enclosure_about,
     multiples,
     relaxed,
@@ -40,56 +40,64 @@ _WORTH_CORRECTING = 0.02
 
 _SWEEPS = 2
 _REPAIRS = 3
-"""Times that nodes which a barrier would lift are let go, before the free-set barrier is given up."""
+"""Times that nodes which a barrier would move are freed, before the free-set barrier is given up."""
 
 
 def sharpened(problem: ContactQP, answer: Vector, first: Enclosure) -> Enclosure:
     """Return an enclosure within ``first`` whose bound is close to the answer's true error.
 
     Some Newton steps are made, the first from the answer's own contact set, until no node is undecided and the bound is
-    proven to be less than 1.5 times the error, or as small as rounding errors of the answer; or the contact set rests.
+    proven to be less than 1.5 times the error, or as small as rounding errors of the answer; or the contact set comes
+    to rest.
 
     Parameters
     ----------
     problem : ContactQP
         With an M-matrix.
     answer : array, shape (n,)
-        Finite.
+        A finite gap (length).
     first : Enclosure
         About the answer.
     """
     best, steps = first, 0
     high, low = answer, np.zeros_like(answer)
-    reaction, _ = enclosed_reaction(problem, answer)
+    reaction, _ = problem.stiffness.enclosed_product(answer, problem.q)
     most = _MOST_CHEAP_STEPS if problem.size <= DIRECT_SIZE else _MOST_STEPS
-    shut: Mask | None = None
+    contact: tuple[Mask, Mask] | None = None
     while True:
-        lower, upper = best.bounds(problem.supported)
+        lower, upper = best.bounds(problem.bounds)
         proven = certain_contact(problem, lower, upper)
-        decided = proven | (lower > 0) | ~problem.supported
-        wanted = proven | (~decided & (reaction / problem.stiffness.diagonal() > high + low))
+        decided = proven[0] | proven[1] | certainly_free(problem, lower, upper)
+        guessed = problem.bounds.contact(high + low, reaction / problem.stiffness.diagonal())
+        wanted = proven[0] | (~decided & guessed[0]), proven[1] | (~decided & guessed[1])
         sharp = best.bound <= max(_SHARP * best.least_error, 4 * UNIT_ROUNDOFF * float(np.abs(answer).max()))
-        settled = shut is not None and np.array_equal(wanted, shut)
-        if steps == most or settled or (sharp and decided.all()):
+        at_rest = contact is not None and all(map(np.array_equal, wanted, contact))
+        if steps == most or at_rest or (sharp and decided.all()):
             return _relaxed(problem, best)
-        shut = wanted
-        high, low = np.where(shut, 0.0, high), np.where(shut, 0.0, low)
-        base, found = _corrected(problem, answer, high, low, shut, proven)
-        if not np.isfinite(found.fall).all():
+        contact = wanted
+        held = wanted[0] | wanted[1]
+        high, low = np.where(held, _held_at(problem, wanted[1]), high), np.where(held, 0.0, low)
+        base, found = _corrected(problem, answer, high, low, held, proven[0] | proven[1])
+        if not (np.isfinite(found.fall).all() and np.isfinite(found.rise[proven[1]]).all()):
             return _relaxed(problem, best)
         best, steps = best.met_with(found), steps + 1
         high, low, reaction = base.high, base.low, base.reaction
 
 
+def _held_at(problem: ContactQP, at_upper: Mask) -> Vector:
+    """Return the gap that a node in contact is held at."""
+    return problem.lower if problem.one_sided else np.where(at_upper, problem.upper, problem.lower)
+
+
 def _corrected(
-    problem: ContactQP, answer: Vector, high: Vector, low: Vector, shut: Mask, proven: Mask
+    problem: ContactQP, answer: Vector, high: Vector, low: Vector, held: Mask, proven: Mask
 ) -> tuple[Base, Enclosure]:
     """Return the base that solves the free nodes' equations with the others held, and the enclosure about it."""
     barrier = problem.barrier
     assert barrier is not None
     base = Base.accurate(problem, high, low)
     best = _enclosure(problem, answer, base, barrier.v, barrier.s, barrier.kind)
-    free = ~shut
+    free = ~held
     if not free.any():
         return base, best
     solver = free_set_solver(problem.stiffness, free)
@@ -113,25 +121,26 @@ def _corrected(
 
 
 def _enclosure(problem: ContactQP, answer: Vector, base: Base, v: Vector, s: Vector, kind: str) -> Enclosure:
-    return enclosure_about(answer, problem.supported, base, v, multiples(problem, base, v, s), kind)
+    return enclosure_about(answer, problem.bounds, base, v, multiples(problem, base, v, s), kind)
 
 
 def _within_the_free_set(
     problem: ContactQP, best: Enclosure, base: Base, free: Mask, proven: Mask, solve: Callable[[Vector], Vector]
 ) -> Enclosure:
-    """Return the intersection with what the free-set barrier gives; nodes that it would lift become free."""
+    """Return the intersection with what the free-set barrier gives; nodes that it would move become free."""
     for _ in range(_REPAIRS):
         v = np.zeros(problem.size)
         v[free] = solve(np.ones(np.count_nonzero(free)))
-        product, error = enclosed_product(problem, v)
+        product, error = problem.stiffness.enclosed_product(v)
         s = product - error
         if not ((v[free] > 0) & (s[free] > 0)).all():
             return best
         found = multiples(problem, base, v, s, proven)
-        best = best.met_with(enclosure_about(best.answer, problem.supported, base, v, found, "free set"))
-        if found.held.all():
+        best = best.met_with(enclosure_about(best.answer, problem.bounds, base, v, found, "free set"))
+        kept = found.held & found.held_above
+        if kept.all():
             return best
-        free = free | ~found.held
+        free = free | ~kept
         solver = free_set_solver(problem.stiffness, free)
         if solver is None:
             return best
@@ -140,6 +149,6 @@ def _within_the_free_set(
 
 
 def _relaxed(problem: ContactQP, best: Enclosure) -> Enclosure:
-    lower, upper = relaxed(problem, *best.bounds(problem.supported), sweeps=_SWEEPS)
+    lower, upper = relaxed(problem, *best.bounds(problem.bounds), sweeps=_SWEEPS)
     fall, rise = np.nextafter(best.answer - lower, np.inf), np.nextafter(upper - best.answer, np.inf)
     return best.met_with(Enclosure(best.answer, fall, rise, best.barrier))

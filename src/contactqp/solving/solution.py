@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
+import time
+import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ..backends.base import Backend, State, Stop, Task
+from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, read_only
+from ..foundation.progress import Progress
 from ..foundation.text import at_most
-from ..methods.active_set.primal_dual import DIRECT_SIZE
-from ..models.base import ContactModel, ForceBalance
-from ..problem.contact_qp import ContactQP
+from ..methods.factors import DIRECT_SIZE
+from ..models.base import ContactModel, ForceBalance, split
+from ..problem.contact_qp import ContactQP, Units
 from ..proof.certificate import Certificate
 from ..proof.certify import sharper
+from ..proof.judge import Verdict, judge
+from ..proof.measure import measure
+from ..proof.measures import Measures
 from ..proof.residuals import Residuals
 from ..proof.status import Status
+from .choice import chosen_backend
+from .request import Request
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
+OnFailure = Literal["warn", "raise", "ignore"]
 
 _SHARP_ON_LATTICES = 100_000
 """Nodes up to which a sharp certificate takes some hundredths of a second."""
@@ -30,33 +42,30 @@ _SHARP_ON_LATTICES = 100_000
 SLOPE_LIMIT = 0.2
 """Above this slope the hypothesis of small deformations, (c) of the paper, is worth a remark."""
 
+_LIMITS = {
+    Stop.DONE: None,
+    Stop.ITERATION_LIMIT: Status.ITERATION_LIMIT,
+    Stop.TIME_LIMIT: Status.TIME_LIMIT,
+    Stop.FAILED: Status.FAILED,
+}
 
-@dataclass(frozen=True, repr=False)
-class Solution:
-    """The answer of one backend to one problem, judged.
+_OUTCOMES = {
+    Status.INACCURATE: "returned an inaccurate answer",
+    Status.ITERATION_LIMIT: "stopped at its iteration limit",
+    Status.TIME_LIMIT: "stopped at its time limit",
+    Status.FAILED: "failed",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What a backend returned, and what it took.
 
     Attributes
     ----------
-    problem : ContactQP
-    model : Membrane, Cable, CableNet or None
-        None if a bare `ContactQP` was solved.
     backend : str
-        Name of the backend that answered.
-    note : str
-        Why ``"auto"`` chose it, and what the backend has to tell.
     gap : array, shape (n,)
-        The backend's ω (length), as it is; nan if it returned nothing. Where there is no support: the frame's mean
-        height less the deflection.
-    tol : float
-        The tolerance asked for, relative to ``problem.gap_scale``.
-    status : Status
-        The judge's finding.
-    residuals : Residuals or None
-        Distance from the optimality conditions.
-    first_certificate : Certificate or None
-        The enclosure of the true gap that the judge saw; None where none is known. See `certificate`.
-    first_relative_bound : float
-        Its bound over ``problem.gap_scale`` (without a certificate: the natural residual over it).
+        The backend's ω (length), as it is; nan if it returned nothing.
     termination : str
         The backend's own words for its end.
     iterations : int
@@ -64,25 +73,15 @@ class Solution:
     setup_seconds, solve_seconds, seconds : float
         Time for set-up, for iterating, and in all with scaling and judging.
     history : mapping of str to array
-        Recorded on request, by backends that offer it.
-    setting : str
-        The level that ``tol`` was asked for by, see `solve`; ``""`` for a number.
+    note : str
+        Why ``"auto"`` chose the backend, and what the backend has to tell.
     claimed_solved : bool
-        Whether the backend itself said that it had solved the problem; ``status`` tells whether it had.
+        Whether the backend itself said that it had solved the problem.
     findings : tuple of str
-        What the judge caught the backend at on the way, one sentence each.
     """
 
-    problem: ContactQP
-    model: ContactModel | None
     backend: str
-    note: str
     gap: Vector
-    tol: float
-    status: Status
-    residuals: Residuals | None
-    first_certificate: Certificate | None
-    first_relative_bound: float
     termination: str
     iterations: int
     iteration_unit: str
@@ -90,14 +89,224 @@ class Solution:
     solve_seconds: float
     seconds: float
     history: Mapping[str, Vector] = field(default_factory=dict)
-    setting: str = ""
+    note: str = ""
     claimed_solved: bool = False
     findings: tuple[str, ...] = ()
+
+
+class _Questions:
+    """The judge's ear for a backend's questions: the last answer is remembered with its measures."""
+
+    def __init__(self, problem: ContactQP, units: Units) -> None:
+        self._problem, self._units = problem, units
+        self._asked: Vector | None = None
+        self._gap: Vector | None = None
+        self._measures: Measures | None = None
+
+    def bound(self, dimensionless: Vector) -> float:
+        """Return the judge's bound of a dimensionless gap's error, relative to the gap scale."""
+        gap = self._units.gap(dimensionless)
+        if not np.isfinite(gap).all():
+            return np.inf
+        self._asked, self._gap, self._measures = dimensionless, gap, measure(self._problem, gap)
+        return self._measures.relative_bound
+
+    def known(self, dimensionless: Vector | None) -> tuple[Vector | None, Measures | None]:
+        """Return the gap (length) of a backend's answer, and its measures if it was the last that was asked about."""
+        if dimensionless is None:
+            return None, None
+        if dimensionless is self._asked:
+            return self._gap, self._measures
+        return self._units.gap(np.asarray(dimensionless, dtype=np.float64)), None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution:
+    """The answer of one backend to one problem, judged.
+
+    Attributes
+    ----------
+    subject : Membrane, Cable, CableNet or ContactQP
+        What was solved.
+    request : Request
+        What was asked for.
+    run : Run
+        What the backend returned.
+    verdict : Verdict
+        What the judge found.
+    """
+
+    subject: ContactModel | ContactQP
+    request: Request
+    run: Run
+    verdict: Verdict
+
+    @classmethod
+    def by(
+        cls,
+        backend: Backend,
+        subject: ContactModel | ContactQP,
+        request: Request,
+        *,
+        warm_start: Vector | None = None,
+        note: str = "",
+        state: State | None = None,
+        resumes: bool = False,
+    ) -> Solution:
+        """Scale the problem, call a backend that suits it, and judge its answer.
+
+        Parameters
+        ----------
+        backend : Backend
+        subject : Membrane, Cable, CableNet or ContactQP
+        request : Request
+        warm_start : array, shape (n,), optional
+            A gap to start from (length).
+        note : str
+            Why the backend was chosen.
+        state : State, optional
+            What the backend prepared for this problem's matrix and kinds of bounds; its options are those of the state.
+        resumes : bool
+            Whether the warm start is the state's own last answer, and only the forces have changed since.
+        """
+        model, problem = split(subject)
+        started = time.perf_counter()
+        scaled, units = problem.scaled()
+        questions = _Questions(problem, units)
+        with Progress(f"{backend.name} · {problem.size} unknowns") as progress:
+            task = Task(
+                tol=request.tolerance.tol,
+                max_iter=request.max_iter,
+                time_limit=request.time_limit,
+                warm_start=None if warm_start is None else units.dimensionless(warm_start),
+                bound=questions.bound,
+                length_unit=units.length,
+                gap_scale=problem.gap_scale,
+                progress=progress,
+                own_defaults=request.tolerance.own_defaults,
+                given=frozenset(request.options),
+                keeps=state is not None,
+                resumes=resumes,
+            )
+            if state is None:
+                answer = backend.solve(scaled, task, **request.options)
+            else:
+                answer = state.solve(scaled.q, task, scaled)
+        gap, measures = questions.known(answer.gap)
+        verdict = judge(problem, gap, task.tol, _LIMITS[answer.stop], model=model, measures=measures)
+        run = Run(
+            backend=backend.name,
+            gap=np.full(problem.size, np.nan) if gap is None or verdict.residuals is None else gap,
+            termination=answer.termination,
+            iterations=answer.iterations,
+            iteration_unit=backend.iteration_unit,
+            setup_seconds=answer.setup_seconds,
+            solve_seconds=answer.solve_seconds,
+            seconds=time.perf_counter() - started,
+            history=answer.history,
+            note="; ".join(part for part in (note, answer.note) if part),
+            claimed_solved=answer.claimed,
+            findings=answer.findings,
+        )
+        return cls(subject, request, run, verdict)
+
+    @cached_property
+    def problem(self) -> ContactQP:
+        """The contact problem."""
+        return split(self.subject)[1]
+
+    @property
+    def model(self) -> ContactModel | None:
+        """The membrane, cable or cable net; None if a bare `ContactQP` was solved."""
+        return split(self.subject)[0]
+
+    @property
+    def backend(self) -> str:
+        """Name of the backend that answered."""
+        return self.run.backend
+
+    @property
+    def gap(self) -> Vector:
+        """The backend's ω (length), as it is, shape (n,); nan if it returned nothing.
+
+        Where there is no support: the frame's mean height less the deflection.
+        """
+        return self.run.gap
+
+    @property
+    def note(self) -> str:
+        """Why ``"auto"`` chose the backend, and what the backend has to tell."""
+        return self.run.note
+
+    @property
+    def tol(self) -> float:
+        """The tolerance asked for, relative to ``problem.gap_scale``."""
+        return self.request.tolerance.tol
+
+    @property
+    def setting(self) -> str:
+        """The level that ``tol`` was asked for by, see `solve`; ``""`` for a number."""
+        return self.request.tolerance.setting
+
+    @property
+    def status(self) -> Status:
+        """The judge's finding."""
+        return self.verdict.status
+
+    @property
+    def residuals(self) -> Residuals | None:
+        """Distance from the optimality conditions; None without a finite answer."""
+        return self.verdict.residuals
+
+    @property
+    def termination(self) -> str:
+        """The backend's own words for its end."""
+        return self.run.termination
+
+    @property
+    def iterations(self) -> int:
+        """Iterations, in the backend's `iteration_unit`."""
+        return self.run.iterations
+
+    @property
+    def iteration_unit(self) -> str:
+        """What one iteration is."""
+        return self.run.iteration_unit
+
+    @property
+    def setup_seconds(self) -> float:
+        """Time for set-up."""
+        return self.run.setup_seconds
+
+    @property
+    def solve_seconds(self) -> float:
+        """Time for iterating."""
+        return self.run.solve_seconds
+
+    @property
+    def seconds(self) -> float:
+        """Time in all, with scaling and judging."""
+        return self.run.seconds
+
+    @property
+    def history(self) -> Mapping[str, Vector]:
+        """What was recorded on request, by backends that offer it."""
+        return self.run.history
+
+    @property
+    def claimed_solved(self) -> bool:
+        """Whether the backend itself said that it had solved the problem; ``status`` tells whether it had."""
+        return self.run.claimed_solved
+
+    @property
+    def findings(self) -> tuple[str, ...]:
+        """What the judge caught the backend at on the way, one sentence each."""
+        return self.run.findings
 
     @property
     def finite(self) -> bool:
         """Whether the backend returned a finite vector."""
-        return self.residuals is not None
+        return self.verdict.residuals is not None
 
     @cached_property
     def certificate(self) -> Certificate | None:
@@ -106,19 +315,26 @@ class Solution:
         For up to 4000 unknowns, on a lattice 100,000, it is the sharp one, which is made when it is first asked for.
         Beyond, it is the judge's own; ``certify(solution.problem, solution.gap)`` sharpens it.
         """
-        first = self.first_certificate
-        affordable = _SHARP_ON_LATTICES if self.problem.stencil is not None else DIRECT_SIZE
-        if first is None:
-            return None
-        return replace(first if self.problem.size > affordable else sharper(first, self.gap), model=self.model)
+        first = self.verdict.certificate
+        affordable = DIRECT_SIZE if self.problem.stencil is None else _SHARP_ON_LATTICES
+        return first if first is None or self.problem.size > affordable else sharper(first, self.gap)
 
     @property
     def relative_bound(self) -> float:
-        """Certified bound of the gap over ``problem.gap_scale``; without a certificate the natural residual over it."""
-        first, certificate = self.first_certificate, self.certificate
-        if first is None or certificate is None or not first.gap_bound > certificate.gap_bound:
-            return self.first_relative_bound
-        return self.first_relative_bound * (certificate.gap_bound / first.gap_bound)
+        """Certified bound of the gap over the gap scale; without a certificate the natural residual over it."""
+        return self.verdict.relative_bound_of(self.certificate)
+
+    def report(self, on_failure: OnFailure, stacklevel: int = 3) -> None:
+        """Warn, or raise a NotCertifiedError, if the answer is not as good as was asked for; see `solve`."""
+        if self.status.ok or on_failure == "ignore":
+            return
+        message = (
+            f"{self.backend} {_OUTCOMES[self.status]}: bound {self.relative_bound:.2g} of the gap scale, "
+            f"wanted {self.tol:g} ({self.termination}). {self.status.advice}"
+        )
+        if on_failure == "raise":
+            raise NotCertifiedError(message, self)
+        warnings.warn(message, ContactWarning, stacklevel=stacklevel)
 
     @property
     def contact_area(self) -> Bracket:
@@ -141,15 +357,30 @@ class Solution:
         """R = Gω + q, the support's nodal force (force, upwards), shape (n,)."""
         return read_only(self.problem.stiffness.matvec(self.gap) + self.problem.q)
 
-    @cached_property
+    @property
     def contact(self) -> Mask:
-        """The backend's own contact set: nodes where R_i/G_ii > ω_i, shape (n,)."""
+        """The backend's own contact set: nodes that either bound holds, shape (n,)."""
+        return self._contact[2]
+
+    @property
+    def contact_lower(self) -> Mask:
+        """Nodes that the support holds, by the backend's own answer: R_i/G_ii > ω_i - l_i, shape (n,)."""
+        return self._contact[0]
+
+    @property
+    def contact_upper(self) -> Mask:
+        """Nodes that the upper bound holds, by the backend's own answer: R_i/G_ii < ω_i - u_i, shape (n,)."""
+        return self._contact[1]
+
+    @cached_property
+    def _contact(self) -> tuple[Mask, Mask, Mask]:
         correction = self.reaction / self.problem.stiffness.diagonal()
-        return read_only((correction > self.gap) & self.problem.supported)
+        lower, upper = self.problem.bounds.contact(self.gap, correction)
+        return read_only(lower), read_only(upper), read_only(lower | upper)
 
     @property
     def deflection(self) -> Vector:
-        """W = f - ω (length, positive downwards), shape (n,)."""
+        """Deflection of each node, w = f - ω (length, positive downwards), shape (n,)."""
         return self._physical("deflection").deflection(self.gap)
 
     @property
@@ -204,10 +435,13 @@ class Solution:
         >>> exact.status.value, exact.certificate.gap_bound < rough.certificate.gap_bound
         ('certified', True)
         """
-        from .solve import solve
-
-        problem = self.problem if self.model is None else self.model
-        return solve(problem, "active-set", tol=self.tol if tol is None else tol, warm_start=self)
+        if not self.finite:
+            raise ValueError(f"there is no finite answer to go on from: {self.backend} said {self.termination!r}")
+        request = Request.of(self.tol if tol is None else tol)
+        method, note = chosen_backend("active-set", self.problem, {})
+        polished = Solution.by(method, self.subject, request, warm_start=self.gap, note=note)
+        polished.report("warn")
+        return polished
 
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the net as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.

@@ -1,12 +1,13 @@
 """Primal-dual active set iteration, safeguarded by energy.
 
 Hintermüller, Ito and Kunisch, *The primal-dual active set strategy as a semismooth Newton method*, SIAM J. Optim. 13
-(2002): hold the contact nodes at zero, solve for the others, exchange those of the wrong sign. From a
+(2002): hold the contact nodes at their bounds, solve for the others, exchange those of the wrong sign. From a
 cold start the contact set moves by a node or so a step, so that the steps grow with the mesh; hence three additions.
 The start comes from coarser problems (nested iteration over an algebraic hierarchy). Nodes are exchanged by
 projected relaxation, which moves them by the size of their violation. And the energy ½ωᵀGω + qᵀω falls in every
 step, by a line search where need be, so that no set can come back. Where the line search leaves next to nothing of the
-steps, the plain method takes over, which for an M-matrix is finite from any start, although not downhill.
+steps, the plain method takes over: for an M-matrix without upper bounds it comes to an end from any start, although its
+energy may rise.
 """
 
 from __future__ import annotations
@@ -19,12 +20,10 @@ import numpy as np
 
 from ...foundation.checks import Mask, Vector
 from ..amg.amg import Amg, rows_of
+from ..factors import DIRECT_SIZE, factorised
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-DIRECT_SIZE = 4000
-"""Up to this many unknowns linear systems are factorised, and nothing needs compiling."""
 
 _SWEEPS = 3
 _JACOBI_SWEEPS = 8
@@ -49,6 +48,9 @@ takes over."""
 _ROUNDING = float(np.finfo(np.float64).eps)
 
 
+_EMPTY = np.zeros(0)
+
+
 @dataclass
 class Step:
     """What a step did.
@@ -58,7 +60,7 @@ class Step:
     exchanged : int
         Nodes that changed sides.
     finished : bool
-        Whether the contact set is at rest and the equations of the open nodes are solved, both to rounding.
+        Whether the contact set no longer changes and the equations of the free nodes are solved, both to rounding.
     """
 
     exchanged: int
@@ -66,14 +68,15 @@ class Step:
 
 
 class ActiveSet:
-    """The iteration on min ½ωᵀGω + qᵀω, ω ≥ 0 at supported nodes.
+    """The iteration on min ½ωᵀGω + qᵀω between bounds l ≤ 0 ≤ u.
 
     Parameters
     ----------
     matrix : csr_array, shape (n, n)
         Symmetric positive definite, with ascending column numbers.
     q : array, shape (n,)
-    supported : array of bool, shape (n,)
+    lower, upper : array, shape (n,)
+        Bounds, -inf and inf where there is none; ``upper`` is empty where there is none at all.
     candidate : array, shape (n,), or None
         See `Amg`.
 
@@ -83,50 +86,61 @@ class ActiveSet:
         The gap.
     """
 
-    def __init__(self, matrix: csr_array, q: Vector, supported: Mask, candidate: Vector | None = None) -> None:
-        self.matrix, self.q, self.supported, self._candidate = matrix, q, supported, candidate
+    def __init__(
+        self, matrix: csr_array, q: Vector, lower: Vector, upper: Vector = _EMPTY, candidate: Vector | None = None
+    ) -> None:
+        self.matrix, self.q, self._candidate = matrix, q, candidate
+        self._lower, self._upper = np.ascontiguousarray(lower), np.ascontiguousarray(upper)
         self.omega = np.zeros(q.size)
         self._diagonal = matrix.diagonal()
-        self._lower = np.where(supported, 0.0, -np.inf)
         # Where unknowns hang together in lines, a factorisation has no fill.
         self.direct = q.size <= DIRECT_SIZE or int(np.diff(matrix.indptr).max()) <= 3
         self._rows = rows_of(matrix)
-        self._open: Mask = ~supported
+        self._free: Mask = np.isneginf(self._lower)
+        self._at_upper: Mask = np.zeros(q.size, dtype=np.bool_)
         self._idle = self._creeping = 0
         self._seen: set[int] = set()
         self._amg: Amg | None = None
-        self._amg_open: Mask = ~supported
+        self._amg_free: Mask = self._free
+
+    def restart(self, q: Vector, lower: Vector, upper: Vector) -> None:
+        """Go back to ω = 0 with other forces and other values of the bounds; the hierarchy is kept."""
+        self.q, self._lower, self._upper = q, np.ascontiguousarray(lower), np.ascontiguousarray(upper)
+        self.omega = np.zeros(q.size)
+        self._free, self._at_upper = np.isneginf(self._lower), np.zeros(q.size, dtype=np.bool_)
+        self._idle = self._creeping = 0
+        self._seen.clear()
 
     def start(self, report: Callable[[str], None] = lambda text: None) -> None:
         """Start from the solution of coarser problems, whose unknowns are weights of smooth shapes."""
         if self.q.size <= 1:
             return
         hierarchy = Amg(self.matrix, self._candidate)
-        forces, supports = [self.q], [self.supported.astype(np.float64)]
+        forces, lowers, uppers = [self.q], [self._lower], [self._upper]
         for down, _ in hierarchy.transfers:
             forces.append(down @ forces[-1])
-            supports.append(down @ supports[-1] / (down @ np.ones(supports[-1].size)))
+            weight = down @ np.ones(down.shape[1])
+            lowers.append(_averaged(down, weight, lowers[-1]))
+            uppers.append(-_averaged(down, weight, -uppers[-1]) if uppers[-1].size else uppers[-1])
         gap = np.zeros(forces[-1].size)
         for depth in range(len(hierarchy.transfers), 0, -1):
             report(f"coarse problem with {forces[depth].size} unknowns")
-            coarse = ActiveSet(hierarchy.levels[depth].matrix, forces[depth], supports[depth] > 0.5)
-            coarse.omega = np.maximum(coarse._lower, gap)
+            coarse = ActiveSet(hierarchy.levels[depth].matrix, forces[depth], lowers[depth], uppers[depth])
+            coarse.omega = coarse.projected(gap)
             for _ in range(_COARSE_STEPS):
                 if coarse.step().exchanged == 0:
                     break
             _, up = hierarchy.transfers[depth - 1]
             gap = up @ coarse.omega
-        self.omega = np.maximum(self._lower, gap)
+        self.omega = self.projected(gap)
 
     def step(self) -> Step:
-        """Relax, so that nodes change sides, and solve the equations of the open nodes."""
+        """Relax, so that nodes change sides, and solve the equations of the free nodes."""
         if self._creeping == _PATIENCE:
             return self._exchange()
         before = self.omega
         self._relax()
-        now_open = ~self.supported | (self.omega > 0)
-        exchanged = int(np.count_nonzero(now_open != self._open))
-        self._open = now_open
+        exchanged = self._take(*self._held())
         reaction = self.matrix @ self.omega + self.q
         target = self._solve(reaction, self._iterations(exchanged))
         damping = self._move_to(target, reaction)
@@ -134,31 +148,57 @@ class ActiveSet:
         rounding = 4 * _ROUNDING * float(np.abs(self.omega).max())
         self._idle = self._idle + 1 if moved <= rounding else 0
         self._creeping = self._creeping + 1 if damping < _CREEPING else 0
-        finished = exchanged == 0 and bool((target >= self._lower - rounding).all()) and self._rests()
+        finished = exchanged == 0 and self._admits(target, rounding) and self._presses()
         return Step(exchanged, finished or self._idle == _PATIENCE)
 
     def feasible(self) -> Vector:
-        """Return ω without negative gaps at supported nodes, which it may have on its way."""
-        return np.maximum(self._lower, self.omega)
+        """Return ω between its bounds, which it may leave on its way."""
+        return self.projected(self.omega)
 
-    def _rests(self) -> bool:
-        """Whether no shut node is pulled open by more than rounding errors."""
+    def projected(self, gap: Vector) -> Vector:
+        """Return the admissible vector nearest to a gap."""
+        above = np.maximum(self._lower, gap)
+        return np.minimum(self._upper, above, out=above) if self._upper.size else above
+
+    def _held(self) -> tuple[Mask, Mask]:
+        """Return the nodes at their lower and at their upper bound."""
+        at_lower = self.omega <= self._lower
+        return at_lower, (self.omega >= self._upper) & ~at_lower if self._upper.size else np.zeros_like(at_lower)
+
+    def _take(self, at_lower: Mask, at_upper: Mask) -> int:
+        """Take nodes for in contact, and the others for free; return how many changed sides."""
+        free = ~(at_lower | at_upper)
+        exchanged = int(np.count_nonzero((free != self._free) | (at_upper != self._at_upper)))
+        self._free, self._at_upper = free, at_upper
+        return exchanged
+
+    def _admits(self, target: Vector, rounding: float) -> bool:
+        below = self._upper.size == 0 or bool((target <= self._upper + rounding).all())
+        return below and bool((target >= self._lower - rounding).all())
+
+    def _presses(self) -> bool:
+        """Whether no contact node is pulled from its bound by more than rounding errors."""
         reaction = self.matrix @ self.omega + self.q
         rounding = 8 * _ROUNDING * float((self._diagonal * np.abs(self.omega)).max())
-        return bool((reaction >= -rounding)[~self._open].all())
+        pressed = np.where(self._at_upper, -reaction, reaction) >= -rounding
+        return bool(pressed[~self._free].all())
 
     def _exchange(self) -> Step:
         """Do a step of the plain method, which for an M-matrix needs no safeguard but rounding errors.
 
         Where nodes at which gap and reaction both vanish are exchanged for ever, a set comes back, and it ends.
         """
-        self.omega = np.where(self._open, self.omega, 0.0)
+        at_bound = np.where(self._at_upper, self._upper, self._lower) if self._upper.size else self._lower
+        self.omega = np.where(self._free, self.omega, at_bound)
         self.omega = self._solve(self.matrix @ self.omega + self.q, _MOST_ITERATIONS)
         reaction = self.matrix @ self.omega + self.q
-        now_open = ~self.supported | np.where(self._open, self.omega > 0, reaction < 0)
-        exchanged = int(np.count_nonzero(now_open != self._open))
-        self._open = now_open
-        mark = hash(np.packbits(now_open).tobytes())
+        leaves = np.where(self._at_upper, reaction > 0, reaction < 0)
+        below, above = self._held()
+        exchanged = self._take(
+            np.where(self._free, below, ~leaves & ~self._at_upper),
+            np.where(self._free, above, ~leaves & self._at_upper),
+        )
+        mark = hash((np.packbits(self._free).tobytes(), np.packbits(self._at_upper).tobytes()))
         finished = exchanged == 0 or mark in self._seen
         self._seen.add(mark)
         return Step(exchanged, finished)
@@ -176,31 +216,31 @@ class ActiveSet:
         if self.direct:
             for _ in range(_JACOBI_SWEEPS):
                 correction = (self.matrix @ self.omega + self.q) / self._diagonal
-                self.omega = np.maximum(self._lower, self.omega - _JACOBI_DAMPING * correction)
+                self.omega = self.projected(self.omega - _JACOBI_DAMPING * correction)
             return
         from ..amg import sparse_kernels
 
         self.omega = np.array(self.omega)
-        sparse_kernels.projected_sweeps(*self._rows, 1 / self._diagonal, self.q, self._lower, self.omega, _SWEEPS)
+        bounds = self._lower, self._upper
+        sparse_kernels.projected_sweeps(*self._rows, 1 / self._diagonal, self.q, *bounds, self.omega, _SWEEPS)
 
     def _solve_direct(self, reaction: Vector) -> Vector:
-        """Return ω after a correction that takes the reaction of open nodes away, by a factorisation."""
-        from scipy.sparse import linalg
-
-        chosen = np.flatnonzero(self._open)
+        """Return ω after a correction that takes the reaction of free nodes away, by a factorisation."""
+        chosen = np.flatnonzero(self._free)
         target = self.omega.copy()
         if not chosen.size:
             return target
-        part = self.matrix[chosen][:, chosen].tocsc()
-        factors = linalg.splu(part, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        target[chosen] -= factors.solve(reaction[chosen])
+        solve = factorised(self.matrix[chosen][:, chosen])
+        if solve is None:
+            raise RuntimeError("the matrix of the free nodes is singular in double precision")
+        target[chosen] -= solve(reaction[chosen])
         rest = (self.matrix @ target + self.q)[chosen]
-        target[chosen] -= factors.solve(rest)
+        target[chosen] -= solve(rest)
         return target
 
     def _solve_iteratively(self, reaction: Vector, iterations: int) -> Vector:
         """Return the same by at most so many preconditioned conjugate gradient iterations; rounding errors end them."""
-        keep = self._open
+        keep = self._free
         target = self.omega.copy()
         residual = np.where(keep, -reaction, 0.0)
         floor = 4 * _ROUNDING * float((self._diagonal * np.abs(self.omega)).max())
@@ -227,17 +267,17 @@ class ActiveSet:
         return target
 
     def _preconditioner(self, loosely: bool) -> Amg:
-        """Return a hierarchy for the open nodes; loosely, one that was made for nearly the same."""
-        changed = np.count_nonzero(self._amg_open != self._open)
+        """Return a hierarchy for the free nodes; loosely, one that was made for nearly the same."""
+        changed = np.count_nonzero(self._amg_free != self._free)
         if self._amg is None or changed > (_STALE * self.q.size if loosely else 0):
-            self._amg, self._amg_open = Amg(self.matrix, self._candidate, self._open), self._open
+            self._amg, self._amg_free = Amg(self.matrix, self._candidate, self._free), self._free
         else:
-            self._amg.restrict_to(self._open)
+            self._amg.restrict_to(self._free)
         return self._amg
 
     def _move_to(self, target: Vector, reaction: Vector) -> float:
         """Go to the projected ``target``, or to the point of least energy on the way; return the part of it gone."""
-        projected = np.maximum(self._lower, target)
+        projected = self.projected(target)
         way = projected - self.omega
         slope = float((way * reaction).sum())
         curvature = float((way * (self.matrix @ way)).sum())
@@ -247,3 +287,10 @@ class ActiveSet:
         damping = max(0.0, -slope / curvature)
         self.omega = self.omega + damping * way
         return damping
+
+
+def _averaged(down: csr_array, weight: Vector, bound: Vector) -> Vector:
+    """Return the mean of lower bounds over the unknowns of each coarse one; -inf where most of them have none."""
+    known = np.isfinite(bound)
+    mean = (down @ np.where(known, bound, 0.0)) / weight
+    return np.where((down @ known.astype(np.float64)) / weight > 0.5, mean, -np.inf)

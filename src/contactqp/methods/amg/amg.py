@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...foundation.checks import Mask, Vector
+from ..factors import factorised
 from .aggregation import aggregate
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ def rows_of(matrix: csr_array) -> tuple[Any, Any, Vector]:
 
 
 class Amg:
-    """A hierarchy for a symmetric positive definite M-matrix, or for its part that belongs to the open nodes.
+    """A hierarchy for a symmetric positive definite M-matrix, or for its part that belongs to the free nodes.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ class Amg:
         With ascending column numbers.
     candidate : array, shape (n,), optional
         A positive vector that the matrix nearly annihilates, away from where it is held; ones by default.
-    open_nodes : array of bool, shape (n,), optional
+    free : array of bool, shape (n,), optional
         The part, all by default; at the other nodes the result of a cycle is zero.
 
     Attributes
@@ -93,8 +94,8 @@ class Amg:
         Restriction from each level to the next, and prolongation back.
     """
 
-    def __init__(self, matrix: csr_array, candidate: Vector | None = None, open_nodes: Mask | None = None) -> None:
-        self.levels = [Level(matrix if open_nodes is None else _part(matrix, open_nodes))]
+    def __init__(self, matrix: csr_array, candidate: Vector | None = None, free: Mask | None = None) -> None:
+        self.levels = [Level(matrix if free is None else _part(matrix, free))]
         self.transfers: list[tuple[csr_array, csr_array]] = []
         vector = np.ones(matrix.shape[0]) if candidate is None else candidate
         while self.levels[-1].matrix.shape[0] > _COARSEST and len(self.levels) < _MOST_LEVELS:
@@ -109,16 +110,16 @@ class Amg:
             self.transfers.append((restriction, prolongation))
             self.levels.append(Level(coarse))
         self._factors = _factorised(self.levels[-1].matrix)
-        self._open: Mask | None = None
-        if open_nodes is not None:
+        self._free_nodes: Mask | None = None
+        if free is not None:
             self.levels[0] = Level(matrix)
-            self.restrict_to(open_nodes)
+            self.restrict_to(free)
 
-    def restrict_to(self, open_nodes: Mask) -> None:
+    def restrict_to(self, free: Mask) -> None:
         """Take another part, for the finest sweeps only: good enough for a few nodes more or less."""
         level = self.levels[0]
-        self._open = open_nodes
-        level.inverse_diagonal = np.where(open_nodes, 1.0 / level.matrix.diagonal(), 0.0)
+        self._free_nodes = free
+        level.inverse_diagonal = np.where(free, 1.0 / level.matrix.diagonal(), 0.0)
 
     def cycle(self, right: Vector, depth: int = 0) -> Vector:
         """Return the result of a V-cycle from zero."""
@@ -131,8 +132,8 @@ class Amg:
         x, rest = np.empty_like(right), np.empty_like(right)
         sparse_kernels.sweep_from_zero(*level.rows, level.inverse_diagonal, right, x)
         sparse_kernels.residual(*level.rows, right, x, rest)
-        if depth == 0 and self._open is not None:
-            rest[~self._open] = 0.0
+        if depth == 0 and self._free_nodes is not None:
+            rest[~self._free_nodes] = 0.0
         x += up @ self.cycle(down @ rest, depth + 1)
         sparse_kernels.sweep(*level.rows, level.inverse_diagonal, right, x, True)
         return x
@@ -143,12 +144,12 @@ class Amg:
         return f"Amg({sizes} unknowns, operator complexity {entries:.2f})"
 
 
-def _part(matrix: csr_array, open_nodes: Mask) -> csr_array:
-    """Return the matrix without the couplings to nodes that are not open."""
+def _part(matrix: csr_array, free: Mask) -> csr_array:
+    """Return the matrix without the couplings to nodes that are not free."""
     from scipy import sparse
 
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
-    kept = (open_nodes[rows] & open_nodes[matrix.indices]) | (rows == matrix.indices)
+    kept = (free[rows] & free[matrix.indices]) | (rows == matrix.indices)
     return sparse.csr_array((np.where(kept, matrix.data, 0.0), matrix.indices, matrix.indptr), shape=matrix.shape)
 
 
@@ -203,9 +204,8 @@ def _spectral_radius(matrix: csr_array) -> float:
 
 def _factorised(matrix: csr_array):  # type: ignore[no-untyped-def]
     from scipy import linalg
-    from scipy.sparse import linalg as sparse_linalg
 
     if matrix.shape[0] > 3 * _COARSEST:
-        return sparse_linalg.splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A").solve
+        return factorised(matrix, pivoting=True)
     factors = linalg.cho_factor(matrix.toarray())
     return lambda right: linalg.cho_solve(factors, right, check_finite=False)

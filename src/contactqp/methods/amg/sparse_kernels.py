@@ -45,14 +45,19 @@ def residual(indptr, indices, data, right, x, out):  # type: ignore[no-untyped-d
 
 
 @njit(
-    f"int64({_ROWS}, float64[::1], {READ_ONLY_VECTOR}, float64[::1], float64[::1], int64)",
+    f"int64({_ROWS}, float64[::1], {READ_ONLY_VECTOR}, {READ_ONLY_VECTOR}, {READ_ONLY_VECTOR}, float64[::1], int64)",
     cache=True,
     nogil=True,
     fastmath=_FAST,
 )
-def projected_sweeps(indptr, indices, data, inverse_diagonal, q, lower, omega, sweeps):  # type: ignore[no-untyped-def]
-    """Relax G ω + q by projected Gauss-Seidel, forwards and backwards in turn; return how often ω met its bound."""
-    held = 0
+def projected_sweeps(  # type: ignore[no-untyped-def]
+    indptr, indices, data, inverse_diagonal, q, lower, upper, omega, sweeps
+):
+    """Relax G ω + q by projected Gauss-Seidel, forwards and backwards in turn; return how often ω met a bound.
+
+    ``upper`` is empty where there is no upper bound.
+    """
+    held, capped = 0, upper.size > 0
     for count in range(sweeps):
         held = 0
         for k in range(omega.size):
@@ -62,5 +67,9 @@ def projected_sweeps(indptr, indices, data, inverse_diagonal, q, lower, omega, s
                 reaction += data[entry] * omega[indices[entry]]
             candidate = omega[i] - reaction * inverse_diagonal[i]
             held += candidate <= lower[i]
-            omega[i] = max(lower[i], candidate)
+            candidate = max(lower[i], candidate)
+            if capped:
+                held += candidate >= upper[i]
+                candidate = min(upper[i], candidate)
+            omega[i] = candidate
     return held

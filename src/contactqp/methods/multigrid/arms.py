@@ -6,10 +6,11 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...algebra.stencil import Stencil
+from ...algebra.stiffness import LatticeStiffness
 from ...foundation.checks import Mask
-from ...geometry.numbering import Grid, Layout, bounding_box
+from ...geometry.numbering import Grid, Layout
 
 ArmStiffness: TypeAlias = "float | Grid"
 
@@ -75,13 +76,13 @@ class Arms:
         down, right = self.row_coarsening, self.column_coarsening
         rows, columns = self.coarse_shape()
         mask = self.layout.mask[down - 1 :: down, right - 1 :: right][:rows, :columns]
-        supported = self.layout.supported
-        if supported is not None:
-            supported = supported[down - 1 :: down, right - 1 :: right][:rows, :columns]
+        kinds = self.layout.kinds
+        if kinds is not None:
+            kinds = np.ascontiguousarray(kinds[down - 1 :: down, right - 1 :: right][:rows, :columns])
         across, along = self.across, self.along
         if isinstance(across, float) and isinstance(along, float):
-            return Arms(Layout(mask, supported), across * down / right, along * right / down) if mask.any() else None
-        return _coarser_varying(self, mask, supported)
+            return Arms(Layout(mask, kinds), across * down / right, along * right / down) if mask.any() else None
+        return _coarser_varying(self, mask, kinds)
 
 
 def coarsening(rows: int, columns: int, across: float, along: float) -> tuple[int, int]:
@@ -112,7 +113,7 @@ def _least(arms: ArmStiffness) -> float:
     return float(positive.min()) if positive.size else 0.0
 
 
-def _coarser_varying(net: Arms, mask: Mask, supported: Mask | None) -> Arms | None:
+def _coarser_varying(net: Arms, mask: Mask, kinds: NDArray[np.uint8] | None) -> Arms | None:
     """Join the arms between two coarse nodes in series, and count them once for each row they stand for."""
     across, along = np.asarray(net.across), np.asarray(net.along)
     down, right = net.row_coarsening, net.column_coarsening
@@ -125,7 +126,7 @@ def _coarser_varying(net: Arms, mask: Mask, supported: Mask | None) -> Arms | No
     mask = mask & (held > 0)
     if not mask.any():
         return None
-    return Arms(Layout(mask, supported), np.ascontiguousarray(coarse_across), np.ascontiguousarray(coarse_along))
+    return Arms(Layout(mask, kinds), np.ascontiguousarray(coarse_across), np.ascontiguousarray(coarse_along))
 
 
 def _series(arms: Grid, count: int, wanted: int) -> Grid:
@@ -138,11 +139,11 @@ def _series(arms: Grid, count: int, wanted: int) -> Grid:
     return np.asarray(first * np.divide(second, total, out=np.zeros_like(total), where=total > 0))
 
 
-def arms_of(stencil: Stencil, layout: Layout) -> Arms:
+def arms_of(stencil: LatticeStiffness, layout: Layout) -> Arms:
     """Return the net of a lattice's arms."""
     if stencil.uniform:
         return Arms(layout, float(stencil.horizontal), float(stencil.vertical))
-    box_rows, box_columns = bounding_box(stencil.mask)
+    box_rows, box_columns = stencil.numbering.box
     across = np.broadcast_to(stencil.horizontal, (stencil.mask.shape[0], stencil.mask.shape[1] + 1))
     along = np.broadcast_to(stencil.vertical, (stencil.mask.shape[0] + 1, stencil.mask.shape[1]))
     across = across[box_rows, box_columns.start : box_columns.stop + 1]

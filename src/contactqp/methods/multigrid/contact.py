@@ -1,4 +1,4 @@
-"""Truncated nonsmooth Newton multigrid for min ½ωᵀGω + qᵀω, ω ≥ 0 at supported nodes, on a net.
+"""Truncated nonsmooth Newton multigrid for min ½ωᵀGω + qᵀω between bounds, on a lattice.
 
 Gräser and Kornhuber, *Multigrid methods for obstacle problems*, J. Comput. Math. 27 (2009): projected
 Gauss-Seidel finds the contact nodes; one linear multigrid cycle for the other nodes, which are unconstrained for the
@@ -8,14 +8,14 @@ could raise the energy. Every step lowers the energy, and the sweeps alone would
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...foundation.threads import Team
 from ...geometry.numbering import Grid
+from ...geometry.runs import FREE, KIND
 from .arms import Arms
 from .hierarchy import Hierarchy
 from .net_kernels import exchange_kernels, net_kernels, start_from_coarse
@@ -31,12 +31,15 @@ _LEAST_STRIP = 2 * _AT_ONCE
 _STALLING = 0.5
 """Contraction above which a cycle of a net at rest counts as stalling: it is 0.05 to 0.15 as a rule."""
 
-_CYCLES_A_LEVEL = 2
-_CYCLES_FOR_A_START = 16
+
+Limits: TypeAlias = tuple[Grid, Grid]
+"""Lower and upper bounds on a grid, see `contactqp.problem.contact_qp.ContactQP.bound_grids`."""
+
+NO_LIMITS: Limits = np.zeros((0, 0)), np.zeros((0, 0))
 
 
 class ContactMultigrid:
-    """The iteration on one net; a cycle is `relax` and `correct`.
+    """The iteration on one lattice; a cycle is `relax` and `correct`.
 
     Parameters
     ----------
@@ -44,26 +47,28 @@ class ContactMultigrid:
     q : array, shape (rows + 2, columns + 2)
         Reaction that would hold the gap shut, on the layout's grid.
     team : Team
+    limits : pair of arrays, shape (rows + 2, columns + 2)
+        Bounds of the nodes that are `BOUNDED`; empty where there are none.
 
     Attributes
     ----------
     omega : array, shape (rows + 2, columns + 2)
         The gap.
     estimate : float
-        After `relax`: the largest force that is out of balance, a reaction R < 0, or R > 0 at an open node (but no more
-        than ω over the net's reach there).
+        After `relax`: the largest force that is out of balance: one that pulls a node from its bound, or R at a free
+        node (but no more than the way to the bound that it pulls towards, over the lattice's reach).
     changes : int
         After `relax`: nodes that came into contact or left it since the last time; at first, nodes in contact.
     cut : int
-        After `correct`: nodes at which the support cut the correction short.
+        After `correct`: nodes at which a bound cut the correction short.
     damping : float
         After `correct`: the factor of the line search, 1 as a rule.
     work : float
         Work done, in sweeps over this net: a pass over a coarse net counts by its points.
     """
 
-    def __init__(self, net: Arms, q: Grid, team: Team) -> None:
-        self.net, self.q, self.team = net, q, team
+    def __init__(self, net: Arms, q: Grid, team: Team, limits: Limits = NO_LIMITS) -> None:
+        self.net, self.q, self.team, self.limits = net, q, team, limits
         self.omega, self._next = net.layout.zeros(), net.layout.zeros()
         self.hierarchy = Hierarchy(net, team)
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
@@ -71,13 +76,22 @@ class ContactMultigrid:
         self._exchange = exchange_kernels(net.varying, self.hierarchy.levels[0].plan.precision)
         self._strips = team.strips(1, net.rows + 1, net.columns, _LEAST_STRIP)
         self._place = net.layout.runs, net.layout.row_start
+        self._bounded_place = *limits, *self._place
         self._coarsening = self.hierarchy.levels[0].factors
         self._sweeps = _SWEEPS
         self._careful = net.varying
 
+    def restart(self, q: Grid, limits: Limits, team: Team) -> None:
+        """Go on with other forces and other values of the bounds, by the hierarchy of the last free nodes."""
+        self.q, self.limits, self.team = q, limits, team
+        self.hierarchy.team = team
+        self._bounded_place = *limits, *self._place
+        self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
+        self._sweeps, self._careful = _SWEEPS, self.net.varying
+
     def start(self, height: Grid, coarse_deflection: Grid) -> None:
         """Start from ``height`` less the interpolated deflection of the next coarser net."""
-        arguments = self.omega, height, coarse_deflection, *self._coarsening, *self._place
+        arguments = self.omega, height, coarse_deflection, *self._coarsening, *self._bounded_place
         self.team.run(start_from_coarse, self._strips, *arguments)
 
     def relax(self) -> None:
@@ -91,12 +105,13 @@ class ContactMultigrid:
             self._careful = True
 
     def correct(self) -> None:
-        """Correct the active nodes from the coarse levels; to be called after `relax`."""
+        """Correct the free nodes from the coarse levels; to be called after `relax`."""
         if self.hierarchy.changed.any():
             self.hierarchy.update()
             self.work += self.hierarchy.points
         self.hierarchy.cycle()
-        arguments = self.omega, self._next, self.hierarchy.levels[0].correction, *self._coarsening, *self._place
+        correction = self.hierarchy.levels[0].correction
+        arguments = self.omega, self._next, correction, *self._coarsening, *self._bounded_place
         self.cut = sum(self.team.run(self._exchange.correct, self._strips, *arguments))
         self.work += 1 + self.hierarchy.cycle_work
         self.damping = self._line_search() if self.cut or self._careful else 1.0
@@ -110,7 +125,7 @@ class ContactMultigrid:
     def restrict_load(self) -> NDArray[Any]:
         """Return q + Gω, summed with the weights of bilinear interpolation, at the nodes of the next coarser net."""
         unsupported = self.net.layout.runs.copy()
-        unsupported[:, 4] = 0
+        unsupported[:, KIND] = FREE
         self._restrict(unsupported)
         return np.negative(self.hierarchy.levels[0].residual[1:-1, 1:-1])
 
@@ -121,7 +136,7 @@ class ContactMultigrid:
 
     def _sweep(self, half_sweeps: int) -> None:
         """Do red and black half-sweeps in turn; what strips leave out at their borders is done afterwards."""
-        problem = self.omega, self.q, self.net.across, self.net.along, *self._place
+        problem = self.omega, self.q, self.net.across, self.net.along, *self._bounded_place
         for first in range(0, half_sweeps, _AT_ONCE):
             count = min(_AT_ONCE, half_sweeps - first)
             self.team.run(self._kernels.sweep, self._strips, *problem, first, count)
@@ -132,8 +147,9 @@ class ContactMultigrid:
     def _restrict(self, runs: NDArray[np.int64]) -> tuple[int, float]:
         """Restrict the residual; see `net_kernels`."""
         first = self.hierarchy.levels[0]
-        problem = self.omega, self.q, self.net.across, self.net.along, runs, self.net.layout.row_start
-        marks = self.hierarchy.active, self.hierarchy.changed
+        place = *self.limits, runs, self.net.layout.row_start
+        problem = self.omega, self.q, self.net.across, self.net.along, *place
+        marks = self.hierarchy.free, self.hierarchy.changed
         arguments = *problem, *marks, first.residual, *self._coarsening, 1 / self.net.reach
         found = self.team.run(self._exchange.restrict_residual, first.strips, *arguments)
         return sum(changes for changes, _ in found), max(worst for _, worst in found)
@@ -151,54 +167,3 @@ class ContactMultigrid:
         self._next *= damping
         self._next += self.omega
         return damping
-
-
-def nested_start(
-    net: Arms, q: Grid, height: Grid, team: Team, report: Callable[[int], None] = lambda nodes: None
-) -> ContactMultigrid:
-    """Return the iteration on ``net``, started from the solution of the same problem on coarser nets.
-
-    Interpolated is the deflection height - ω, because the gap itself jumps at the frame.
-
-    Parameters
-    ----------
-    net : Arms
-    q, height : array, shape (rows + 2, columns + 2)
-        Reaction that would hold the gap shut, and the ordinates that the gap is measured from, on the frame its own.
-    team : Team
-    report : callable
-        Called with the number of nodes of each net that is begun.
-    """
-    solver = ContactMultigrid(net, q, team)
-    coarse = net.coarser()
-    if coarse is None:
-        return solver
-    np.copyto(solver.omega, height)
-    load = solver.restrict_load()
-    solver.omega[...] = 0.0
-    rows = np.minimum(net.row_coarsening * np.arange(coarse.rows + 2), net.rows + 1)
-    columns = np.minimum(net.column_coarsening * np.arange(coarse.columns + 2), net.columns + 1)
-    coarse_height = height[np.ix_(rows, columns)]
-    coarse_q = coarse.layout.zeros()
-    coarse_q[1:-1, 1:-1] = np.where(coarse.layout.mask, load - coarse.resistance(coarse_height), 0.0)
-    coarser = nested_start(coarse, coarse_q, coarse_height, team, report)
-    report(coarse.layout.size)
-    for _ in range(_CYCLES_A_LEVEL):
-        coarser.relax()
-        coarser.correct()
-    solver.work = coarser.work * coarse.layout.size / net.layout.size + 1
-    np.subtract(coarse_height, coarser.omega, out=coarse_height)
-    del coarser
-    solver.start(height, coarse_height)
-    return solver
-
-
-def nearly_solved(net: Arms, q: Grid, team: Team, give_up: Callable[[], bool]) -> Grid:
-    """Return a gap that cycles have brought close to rounding errors, or as far as a start is worth it."""
-    solver = nested_start(net, q, net.layout.zeros(), team)
-    for _ in range(_CYCLES_FOR_A_START):
-        solver.relax()
-        if solver.estimate <= solver.rest() or give_up():
-            break
-        solver.correct()
-    return solver.omega

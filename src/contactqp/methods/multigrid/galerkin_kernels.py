@@ -72,7 +72,7 @@ def _touched(changed, i, reach):  # type: ignore[no-untyped-def]
 
 
 def _coarsen_net(  # type: ignore[no-untyped-def]
-    active,
+    free,
     changed,
     across,
     along,
@@ -91,14 +91,14 @@ def _coarsen_net(  # type: ignore[no-untyped-def]
     Which they are is written to ``coarse_changed``.
     """
     basis, image = np.zeros((7, 7)), np.zeros((7, 7))
-    rows, columns = active.shape
+    rows, columns = free.shape
     for coarse_i in range(lo, hi):
         coarse_changed[coarse_i] = _touched(changed, row_coarsening * coarse_i, row_coarsening)
         if not coarse_changed[coarse_i]:
             continue
         for coarse_j in range(1, stencil.shape[2] - 1):
             i, j = row_coarsening * coarse_i, column_coarsening * coarse_j
-            window = _window_kind(active, i, j, row_coarsening, column_coarsening)
+            window = _window_kind(free, i, j, row_coarsening, column_coarsening)
             if window == 0 or (window == 1 and use_constant):
                 kind[coarse_i, coarse_j] = window
                 for k in range(6):
@@ -106,12 +106,12 @@ def _coarsen_net(  # type: ignore[no-untyped-def]
                 continue
             for a in range(-2, 3):
                 for b in range(-2, 3):
-                    inside = 0 <= i + a < rows and 0 <= j + b < columns and active[i + a, j + b]
+                    inside = 0 <= i + a < rows and 0 <= j + b < columns and free[i + a, j + b]
                     basis[a + 3, b + 3] = _hat(a, row_coarsening) * _hat(b, column_coarsening) if inside else 0.0
             for a in range(-2, 3):
                 for b in range(-2, 3):
                     image[a + 3, b + 3] = 0.0
-                    if 0 <= i + a < rows and 0 <= j + b < columns and active[i + a, j + b]:
+                    if 0 <= i + a < rows and 0 <= j + b < columns and free[i + a, j + b]:
                         w = _arm(across, i + a - 1, j + b - 1)
                         e = _arm(across, i + a - 1, j + b)
                         s = _arm(along, i + a - 1, j + b - 1)

@@ -55,16 +55,16 @@ class Hierarchy:
 
     Attributes
     ----------
-    active : array of uint8, shape (rows + 2, columns + 2)
-        1 at the nodes that the operators are not truncated at.
+    free : array of uint8, shape (rows + 2, columns + 2)
+        1 at the free nodes; at the others, which are in contact, the operators are truncated.
     changed : array of uint8, shape (rows + 2,)
-        1 for the rows in which `active` has changed since the operators were computed.
+        1 for the rows in which `free` has changed since the operators were computed.
     """
 
     def __init__(self, net: Arms, team: Team) -> None:
         self.net, self.team = net, team
-        self.active: NDArray[np.uint8] = net.layout.zeros(np.uint8)
-        self.active[1:-1, 1:-1] = net.layout.mask
+        self.free: NDArray[np.uint8] = net.layout.zeros(np.uint8)
+        self.free[1:-1, 1:-1] = net.layout.mask
         self.changed = np.ones(net.rows + 2, dtype=np.uint8)
         self.levels = [Level(plan, team) for plan in plans(net)]
         if not net.varying:
@@ -76,7 +76,7 @@ class Hierarchy:
         self.team.run(
             galerkin_kernels.coarsen_net(net.varying),
             first.strips,
-            self.active,
+            self.free,
             self.changed,
             net.across,
             net.along,

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...algebra.stencil import Stencil
+from ...algebra.stiffness import LatticeStiffness
 from ...foundation.checks import Vector
 from ...foundation.threads import Team
-from ...geometry.numbering import Layout
+from ...geometry.runs import FREE
 from .arms import arms_of
-from .contact import nested_start
+from .nested import nested_start
 
 _MAX_CYCLES = 60
 
 
-def solve_linear(stencil: Stencil, force: Vector, tolerance: float = 1e-10, threads: int | None = None) -> Vector:
+def solve_linear(
+    stencil: LatticeStiffness, force: Vector, tolerance: float = 1e-10, threads: int | None = None
+) -> Vector:
     """Return G⁻¹ force (length), shape (n,); check it where arms jump, for it ends after some cycles in any case.
 
     Parameters
     ----------
-    stencil : Stencil
+    stencil : LatticeStiffness
         The stiffness G (force per length).
     force : array, shape (n,)
         Force on each node (force).
@@ -35,7 +37,7 @@ def solve_linear(stencil: Stencil, force: Vector, tolerance: float = 1e-10, thre
     >>> solve_linear(chain, np.ones(3)).round(9)
     array([1.5, 2. , 1.5])
     """
-    layout = Layout(stencil.layout.mask, np.zeros_like(stencil.layout.mask))
+    layout = stencil.layout.with_kind(FREE)
     net = arms_of(stencil, layout)
     with Team(threads) as team:
         solver = nested_start(net, layout.grid(-force), layout.zeros(), team)

@@ -1,9 +1,10 @@
 """Compiled passes over the finest net.
 
-Arrays have a ring of frame points about the net. ``runs`` lists (row, first column, one past the last, number of the
-first node, 1 where there is a support and 0 elsewhere) of nodes that follow each other in a row; ``row_start[i]`` is
-the first run of row i. ``across`` and ``along`` are the stiffnesses of the arms along a row and along a column: numbers
-where all are equal, else arrays, ``across[i - 1, j - 1]`` west and ``along[i - 1, j - 1]`` south of the point [i, j].
+Arrays have a ring of frame points about the nodes. ``runs`` lists nodes of one kind that follow each other in a row
+(see `contactqp.geometry.runs`); ``row_start[i]`` is the first run of row i. ``floor`` and ``ceiling`` are the bounds of
+the nodes that are `BOUNDED`, and empty where there are none. ``across`` and ``along`` are the stiffnesses of the arms
+along a row and along a column: numbers where all are equal, else arrays, ``across[i - 1, j - 1]`` west and
+``along[i - 1, j - 1]`` south of the point [i, j].
 
 A kernel works on the rows, or coarse rows, [lo, hi), so that threads can share a pass. No certificate rests on these
 kernels, so they may contract products and sums.
@@ -19,6 +20,7 @@ from numba import njit, types
 from numba.extending import overload
 
 from ...geometry.numbering_kernels import GRID, RUNS
+from ...geometry.runs import BOUNDED, FIRST, KIND, LAST, ROW, SUPPORTED
 
 _FAST = {"contract", "nsz", "nnan"}
 
@@ -36,18 +38,18 @@ def _compiled_arm(arms, i, j):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy", fastmath=_FAST)
-def _relax_row(omega, q, across, along, runs, row_start, i, colour, buffer):  # type: ignore[no-untyped-def]
+def _relax_row(omega, q, across, along, floor, ceiling, runs, row_start, i, colour, buffer):  # type: ignore[no-untyped-def]
     """Relax the nodes of row i whose row + column + colour is even, by projected Gauss-Seidel.
 
     The whole row is computed, contiguously, and then blended with the old one: twice the arithmetic, but in vectors.
     """
     for run in range(row_start[i], row_start[i + 1]):
-        first, last = runs[run, 1], runs[run, 2]
+        first, last = runs[run, FIRST], runs[run, LAST]
         own, drive = omega[i, first:last], q[i, first:last]
         west, east = omega[i, first - 1 : last - 1], omega[i, first + 1 : last + 1]
         south, north = omega[i - 1, first:last], omega[i + 1, first:last]
         odd = (i + first + colour) & 1
-        lower = 0.0 if runs[run, 4] else -np.inf
+        lower = 0.0 if runs[run, KIND] == SUPPORTED else -np.inf
         for k in range(last - first):
             j = first + k
             w, e = _arm(across, i - 1, j - 1), _arm(across, i - 1, j)
@@ -55,11 +57,18 @@ def _relax_row(omega, q, across, along, runs, row_start, i, colour, buffer):  # 
             pull = w * west[k] + e * east[k] + s * south[k] + n * north[k] - drive[k]
             relaxed = max(lower, pull * (1.0 / (w + e + s + n)))
             buffer[k] = own[k] if (k + odd) & 1 else relaxed
-        for k in range(last - first):
-            own[k] = buffer[k]
+        if runs[run, KIND] == BOUNDED:
+            low, high = floor[i, first:last], ceiling[i, first:last]
+            for k in range(last - first):
+                own[k] = min(high[k], max(low[k], buffer[k]))
+        else:
+            for k in range(last - first):
+                own[k] = buffer[k]
 
 
-def _sweep(omega, q, across, along, runs, row_start, begin, count, lo, hi):  # type: ignore[no-untyped-def]
+def _sweep(  # type: ignore[no-untyped-def]
+    omega, q, across, along, floor, ceiling, runs, row_start, begin, count, lo, hi
+):
     """Do ``count`` half-sweeps of projected Gauss-Seidel from number ``begin`` on, even red and odd black, on [lo, hi).
 
     Each follows the one before a row behind, while the rows are in the cache. A half-sweep of a row needs the one
@@ -74,7 +83,7 @@ def _sweep(omega, q, across, along, runs, row_start, begin, count, lo, hi):  # t
             if i < lo or i >= hi:
                 continue
             if (i - lo >= k or lo == 1) and (hi - 1 - i >= k or hi == last_row + 1):
-                _relax_row(omega, q, across, along, runs, row_start, i, (begin + k) & 1, buffer)
+                _relax_row(omega, q, across, along, floor, ceiling, runs, row_start, i, (begin + k) & 1, buffer)
 
 
 @njit(error_model="numpy", fastmath=_FAST)
@@ -89,12 +98,29 @@ def _restrict_row(row, coarse, coarsening, weight):  # type: ignore[no-untyped-d
 
 
 def _restrict_residual(  # type: ignore[no-untyped-def]
-    omega, q, across, along, runs, row_start, active, changed, coarse, row_coarsening, column_coarsening, slope, lo, hi
+    omega,
+    q,
+    across,
+    along,
+    floor,
+    ceiling,
+    runs,
+    row_start,
+    free,
+    changed,
+    coarse,
+    row_coarsening,
+    column_coarsening,
+    slope,
+    lo,
+    hi,
 ):
-    """Restrict -R of the active nodes, those with ω > 0 or no support, to the coarse rows [lo, hi).
+    """Restrict -R of the free nodes, those strictly between their bounds, to the coarse rows [lo, hi).
 
-    Returns how many nodes became active or ceased to be since ``active`` was written last, and the largest
-    max(-R, min(R, slope ω)), or |R| where there is no support. Rows with such nodes are marked in ``changed``.
+    Returns how many nodes became free or ceased to be since ``free`` was written last, and the largest force that is
+    out of balance: |R| where there is no bound, and else no more than ``slope`` times the way to the bound that it
+    pulls towards; max(-R, min(R, slope ω)) where the lower bound 0 is the only one. Rows with such nodes are marked in
+    ``changed``.
     """
     row = np.zeros(omega.shape[1])
     changes = 0
@@ -107,7 +133,7 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
         row[:] = 0.0
         before = changes
         for run in range(row_start[i], row_start[i + 1]):
-            first, last = runs[run, 1], runs[run, 2]
+            first, last = runs[run, FIRST], runs[run, LAST]
             own, drive = omega[i, first:last], q[i, first:last]
             west, east = omega[i, first - 1 : last - 1], omega[i, first + 1 : last + 1]
             south, north = omega[i - 1, first:last], omega[i + 1, first:last]
@@ -121,22 +147,34 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
                 vertical = _arm(along, i - 1, j - 1) * (own[k] - south[k]) + _arm(along, i, j - 1) * (own[k] - north[k])
                 out[k] = -((horizontal + vertical) + drive[k])
             if i >= first_own:
-                flags = active[i, first:last]
-                if runs[run, 4]:
+                flags = free[i, first:last]
+                if runs[run, KIND] == SUPPORTED:
                     for k in range(last - first):
                         flag = np.uint8(own[k] > 0.0)
                         changes += flag != flags[k]
                         flags[k] = flag
                     for k in range(last - first):
                         worst = max(worst, max(out[k], min(-out[k], slope * own[k])))
+                elif runs[run, KIND] == BOUNDED:
+                    low, high = floor[i, first:last], ceiling[i, first:last]
+                    for k in range(last - first):
+                        flag = np.uint8((own[k] > low[k]) & (own[k] < high[k]))
+                        changes += flag != flags[k]
+                        flags[k] = flag
+                        upwards = min(out[k], slope * (high[k] - own[k]))
+                        worst = max(worst, max(upwards, min(-out[k], slope * (own[k] - low[k]))))
                 else:
                     for k in range(last - first):
                         changes += flags[k] != 1
                         flags[k] = 1
                         worst = max(worst, abs(out[k]))
-            if runs[run, 4]:
+            if runs[run, KIND] == SUPPORTED:
                 for k in range(last - first):
                     out[k] = out[k] if own[k] > 0.0 else 0.0
+            elif runs[run, KIND] == BOUNDED:
+                low, high = floor[i, first:last], ceiling[i, first:last]
+                for k in range(last - first):
+                    out[k] = out[k] if own[k] > low[k] and own[k] < high[k] else 0.0
         if changes > before:
             changed[i] = 1
         if row_coarsening == 1:
@@ -168,20 +206,29 @@ def _expand_row(coarse, i, row_coarsening, column_coarsening, row):  # type: ign
                 row[2 * j] = here
 
 
-def _correct(omega, corrected, coarse, row_coarsening, column_coarsening, runs, row_start, lo, hi):  # type: ignore[no-untyped-def]
-    """Write max(0, ω + interpolated correction) of the active nodes; return how many corrections were cut short."""
+def _correct(  # type: ignore[no-untyped-def]
+    omega, corrected, coarse, row_coarsening, column_coarsening, floor, ceiling, runs, row_start, lo, hi
+):
+    """Write ω + interpolated correction, within the bounds, of the free nodes; return how many were cut short."""
     row = np.zeros(omega.shape[1])
     cut = 0
     for i in range(lo, hi):
         _expand_row(coarse, i, row_coarsening, column_coarsening, row)
         for run in range(row_start[i], row_start[i + 1]):
-            first, last = runs[run, 1], runs[run, 2]
+            first, last = runs[run, FIRST], runs[run, LAST]
             old, new, step = omega[i, first:last], corrected[i, first:last], row[first:last]
-            if runs[run, 4]:
+            if runs[run, KIND] == SUPPORTED:
                 for k in range(last - first):
                     wanted = old[k] + step[k]
                     cut += (wanted < 0.0) & (old[k] > 0.0)
                     new[k] = max(wanted, 0.0) if old[k] > 0.0 else 0.0
+            elif runs[run, KIND] == BOUNDED:
+                low, high = floor[i, first:last], ceiling[i, first:last]
+                for k in range(last - first):
+                    free = old[k] > low[k] and old[k] < high[k]
+                    wanted = old[k] + step[k]
+                    cut += free and (wanted < low[k] or wanted > high[k])
+                    new[k] = min(high[k], max(low[k], wanted)) if free else old[k]
             else:
                 for k in range(last - first):
                     new[k] = old[k] + step[k]
@@ -192,7 +239,7 @@ def _energy_slope(omega, corrected, q, across, along, runs, row_start, lo, hi): 
     """Return d·R and d·Gd of the step d = corrected - ω: the energy changes by α d·R + ½ α² d·Gd along α d."""
     slope = curvature = 0.0
     for run in range(row_start[lo], row_start[hi]):
-        i, first, last = runs[run, 0], runs[run, 1], runs[run, 2]
+        i, first, last = runs[run, ROW], runs[run, FIRST], runs[run, LAST]
         for j in range(first, last):
             step = corrected[i, j] - omega[i, j]
             if step == 0.0:
@@ -216,23 +263,27 @@ def _energy_slope(omega, corrected, q, across, along, runs, row_start, lo, hi): 
 
 @njit(
     [
-        f"void({GRID}, {GRID}, {GRID}, int64, int64, {RUNS}, int64[::1], int64, int64)",
+        f"void({GRID}, {GRID}, {GRID}, int64, int64, {GRID}, {GRID}, {RUNS}, int64[::1], int64, int64)",
     ],
     cache=True,
     nogil=True,
     error_model="numpy",
 )
 def start_from_coarse(  # type: ignore[no-untyped-def]
-    omega, height, coarse, row_coarsening, column_coarsening, runs, row_start, lo, hi
+    omega, height, coarse, row_coarsening, column_coarsening, floor, ceiling, runs, row_start, lo, hi
 ):
-    """Write ω = max(0, height - interpolated coarse deflection); without a support, the difference itself."""
+    """Write ω = height - interpolated coarse deflection, within the bounds."""
     row = np.zeros(omega.shape[1])
     for i in range(lo, hi):
         _expand_row(coarse, i, row_coarsening, column_coarsening, row)
         for run in range(row_start[i], row_start[i + 1]):
-            lower = 0.0 if runs[run, 4] else -np.inf
-            for j in range(runs[run, 1], runs[run, 2]):
+            first, last = runs[run, FIRST], runs[run, LAST]
+            lower = 0.0 if runs[run, KIND] == SUPPORTED else -np.inf
+            for j in range(first, last):
                 omega[i, j] = max(lower, height[i, j] - row[j])
+            if runs[run, KIND] == BOUNDED:
+                for j in range(first, last):
+                    omega[i, j] = min(ceiling[i, j], max(floor[i, j], omega[i, j]))
 
 
 class NetKernels(NamedTuple):
@@ -254,7 +305,7 @@ def net_kernels(varying: bool) -> NetKernels:
     """Compile the passes for equal or varying arms, or load them."""
     problem = _problem(varying)
     return NetKernels(
-        sweep=_compiled(_sweep, f"void({problem}, int64, int64, int64, int64)"),
+        sweep=_compiled(_sweep, f"void({_bounded(varying)}, int64, int64, int64, int64)"),
         energy_slope=_compiled(_energy_slope, f"UniTuple(float64, 2)({GRID}, {problem}, int64, int64)"),
     )
 
@@ -263,12 +314,13 @@ def net_kernels(varying: bool) -> NetKernels:
 def exchange_kernels(varying: bool, coarser: str) -> ExchangeKernels:
     """Compile the passes for equal or varying arms and vectors of "float32" or "float64" below, or load them."""
     coarse, exchange = f"{coarser}[:, ::1]", "int64, int64, float64, int64, int64"
+    correction = f"{GRID}, {GRID}, {coarse}, int64, int64, {GRID}, {GRID}, {_PLACE}, int64, int64"
     return ExchangeKernels(
         restrict_residual=_compiled(
             _restrict_residual,
-            f"Tuple((int64, float64))({_problem(varying)}, uint8[:, ::1], uint8[::1], {coarse}, {exchange})",
+            f"Tuple((int64, float64))({_bounded(varying)}, uint8[:, ::1], uint8[::1], {coarse}, {exchange})",
         ),
-        correct=_compiled(_correct, f"int64({GRID}, {GRID}, {coarse}, int64, int64, {_PLACE}, int64, int64)"),
+        correct=_compiled(_correct, f"int64({correction})"),
     )
 
 
@@ -278,6 +330,11 @@ _PLACE = f"{RUNS}, int64[::1]"
 def _problem(varying: bool) -> str:
     arms = GRID if varying else "float64"
     return f"{GRID}, {GRID}, {arms}, {arms}, {_PLACE}"
+
+
+def _bounded(varying: bool) -> str:
+    arms = GRID if varying else "float64"
+    return f"{GRID}, {GRID}, {arms}, {arms}, {GRID}, {GRID}, {_PLACE}"
 
 
 def _compiled(function: Any, signature: str) -> Any:

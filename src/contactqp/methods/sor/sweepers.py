@@ -6,8 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ...algebra.stencil import Stencil
-from ...algebra.stiffness import Stiffness
+from ...algebra.stiffness import LatticeStiffness, Stiffness
 from ...foundation.checks import Mask, Vector
 from ...geometry.numbering import Layout
 from ..sor import kernels
@@ -59,7 +58,7 @@ class LatticeSweeper:
 
     def __init__(
         self,
-        stencil: Stencil,
+        stencil: LatticeStiffness,
         q: Vector,
         supported: Mask,
         start: Vector | None = None,
@@ -73,9 +72,9 @@ class LatticeSweeper:
         self._unit = unit
         self._across = float(stencil.horizontal) / diagonal
         self._along = float(stencil.vertical) / diagonal
-        self._drive = stencil.pad(q / diagonal)
-        self._lower = stencil.pad(np.where(supported, 0.0, -np.inf))
-        self._omega = stencil.pad(np.zeros(self.size) if start is None else start)
+        self._drive = stencil.numbering.to_grid(q / diagonal, ring=1)
+        self._lower = stencil.numbering.to_grid(np.where(supported, 0.0, -np.inf), ring=1)
+        self._omega = stencil.numbering.to_grid(np.zeros(self.size) if start is None else start, ring=1)
         self._runs = np.ascontiguousarray(Layout(stencil.mask).runs[:, :3])
         self._kernel = kernels.red_black_sweeps if red_black else kernels.lexicographic_sweeps
 

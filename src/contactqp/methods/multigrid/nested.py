@@ -1,0 +1,159 @@
+"""Nested iteration: a lattice's problem is started from the solution of the same problem on coarser lattices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ...foundation.threads import Team
+from ...geometry.numbering import Grid
+from .arms import Arms
+from .contact import NO_LIMITS, ContactMultigrid, Limits
+
+_CYCLES_A_LEVEL = 2
+_CYCLES_FOR_A_CHANGE = 1
+"""Cycles on each coarse lattice, from the coarser ones, and from its own solution for other forces."""
+
+_CYCLES_FOR_A_START = 16
+
+
+def nested_start(
+    net: Arms,
+    q: Grid,
+    height: Grid,
+    team: Team,
+    report: Callable[[int], None] = lambda nodes: None,
+    limits: Limits = NO_LIMITS,
+) -> ContactMultigrid:
+    """Return the iteration on a lattice, started from the solution of the same problem on coarser lattices.
+
+    Parameters
+    ----------
+    net : Arms
+    q, height : array, shape (rows + 2, columns + 2)
+        Reaction that would hold the gap zero, and the ordinates that the gap is measured from, on the frame its own.
+    team : Team
+    report : callable
+        Called with the number of nodes of each lattice that is begun.
+    limits : pair of arrays
+        See `ContactMultigrid`.
+    """
+    nest = Nest(net, team)
+    nest.begin(q, height, report, limits, keep=False)
+    return nest.solver
+
+
+class Nest:
+    """The iterations on a lattice and its coarser ones, which can be kept to go on from when the forces change.
+
+    Parameters
+    ----------
+    net : Arms
+    team : Team
+
+    Attributes
+    ----------
+    solver : ContactMultigrid
+        The iteration on the lattice itself.
+    """
+
+    def __init__(self, net: Arms, team: Team) -> None:
+        self.solver = ContactMultigrid(net, net.layout.zeros(), team)
+        self._coarser: Nest | None = None
+
+    def begin(
+        self,
+        q: Grid,
+        height: Grid,
+        report: Callable[[int], None] = lambda nodes: None,
+        limits: Limits = NO_LIMITS,
+        *,
+        keep: bool = True,
+    ) -> None:
+        """Start from the coarser lattices; see `nested_start`.
+
+        What is interpolated is the deflection height - ω, because the gap itself jumps at the frame.
+        """
+        solver = self.solver
+        solver.restart(q, limits, solver.team)
+        solver.omega[...] = 0.0
+        coarse = solver.net.coarser()
+        if coarse is None:
+            return
+        coarser = Nest(coarse, solver.team)
+        coarse_q, coarse_height, coarse_limits = self._coarse_problem(coarse, height)
+        coarser.begin(coarse_q, coarse_height, report, coarse_limits, keep=keep)
+        report(coarse.layout.size)
+        coarser.cycle(_CYCLES_A_LEVEL)
+        solver.work = coarser.solver.work * coarse.layout.size / solver.net.layout.size + 1
+        np.subtract(coarse_height, coarser.solver.omega, out=coarse_height)
+        self._coarser = coarser if keep else None
+        del coarser
+        solver.start(height, coarse_height)
+
+    def change(self, q: Grid, height: Grid, limits: Limits = NO_LIMITS, *, factor: float = 1.0) -> None:
+        """Go on with other forces: add to the last solution what the coarser lattices' solutions change by.
+
+        Where contact comes and goes over many nodes, the coarse lattices know of it before the fine one could.
+
+        Parameters
+        ----------
+        q, height, limits
+            See `nested_start`; the heights are those of before.
+        factor : float
+            What the last solution is to be multiplied by: the ratio of the units of length, before over now.
+        """
+        solver = self.solver
+        before = solver.omega * factor
+        solver.restart(q, limits, solver.team)
+        if self._coarser is None:
+            np.copyto(solver.omega, before)
+            return
+        coarser = self._coarser
+        coarse = coarser.solver.net
+        coarse_q, coarse_height, coarse_limits = self._coarse_problem(coarse, height)
+        decrease = coarser.solver.omega * factor
+        coarser.change(coarse_q, coarse_height, coarse_limits, factor=factor)
+        coarser.cycle(_CYCLES_FOR_A_CHANGE)
+        solver.work = coarser.solver.work * coarse.layout.size / solver.net.layout.size + 1
+        decrease -= coarser.solver.omega
+        solver.start(before, decrease)
+
+    def cycle(self, count: int) -> None:
+        """Do some cycles on the lattice itself."""
+        for _ in range(count):
+            self.solver.relax()
+            self.solver.correct()
+
+    def work_with(self, team: Team) -> None:
+        """Share the work with other threads from now on."""
+        self.solver.team = self.solver.hierarchy.team = team
+        if self._coarser is not None:
+            self._coarser.work_with(team)
+
+    def _coarse_problem(self, coarse: Arms, height: Grid) -> tuple[Grid, Grid, Limits]:
+        """Return forces, heights and bounds on the next coarser lattice; ω is overwritten."""
+        solver, net = self.solver, self.solver.net
+        np.copyto(solver.omega, height)
+        load = solver.restrict_load()
+        solver.omega[...] = 0.0
+        rows = np.minimum(net.row_coarsening * np.arange(coarse.rows + 2), net.rows + 1)
+        columns = np.minimum(net.column_coarsening * np.arange(coarse.columns + 2), net.columns + 1)
+        places = np.ix_(rows, columns)
+        coarse_height = height[places]
+        floor, ceiling = (bound[places] if bound.size else bound for bound in solver.limits)
+        coarse_q = coarse.layout.zeros()
+        coarse_q[1:-1, 1:-1] = np.where(coarse.layout.mask, load - coarse.resistance(coarse_height), 0.0)
+        return coarse_q, coarse_height, (floor, ceiling)
+
+
+def nearly_solved(net: Arms, q: Grid, team: Team, give_up: Callable[[], bool], limits: Limits = NO_LIMITS) -> Grid:
+    """Return a gap that cycles have brought close to rounding errors, or as far as a start is worth it."""
+    solver = nested_start(net, q, net.layout.zeros(), team, limits=limits)
+    for _ in range(_CYCLES_FOR_A_START):
+        solver.relax()
+        if solver.estimate <= solver.rest() or give_up():
+            break
+        solver.correct()
+    return solver.omega

@@ -1,0 +1,72 @@
+"""MatrixFacts: what is proven of a stiffness, found once and shared by all problems with it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from ..algebra.definiteness import refuse_indefinite
+from ..algebra.stiffness import Stiffness
+from ..foundation.checks import Vector
+from .barrier import Barrier, find_barrier
+from .eigenvalue import proven_least_eigenvalue
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+
+class MatrixFacts:
+    """Facts about a stiffness G, each found when it is first asked for.
+
+    Parameters
+    ----------
+    stiffness : Stiffness
+    """
+
+    def __init__(self, stiffness: Stiffness) -> None:
+        self.stiffness = stiffness
+
+    @cached_property
+    def G(self) -> csr_array:
+        """The stiffness as a sparse array, read-only."""
+        matrix = self.stiffness.tocsr()
+        matrix.data.setflags(write=False)
+        return matrix
+
+    @cached_property
+    def barrier(self) -> Barrier | None:
+        """A vector v > 0 with Gv > 0 that proves G an M-matrix, or None where G is no Z-matrix.
+
+        Raises
+        ------
+        ValueError
+            If G turns out not to be positive definite.
+        """
+        if self.stiffness.positive_off_diagonal is not None:
+            return None
+        found = find_barrier(self.stiffness)
+        if found is None:
+            refuse_indefinite(self.G)
+        return found
+
+    @cached_property
+    def comparison_barrier(self) -> Barrier | None:
+        """A vector v > 0 with ⟨G⟩v > 0, where ⟨G⟩ is the comparison matrix, or None: it proves G an H-matrix."""
+        if self.stiffness.positive_off_diagonal is None:
+            return self.barrier
+        return find_barrier(self.stiffness.comparison())
+
+    @cached_property
+    def least_eigenvalue(self) -> tuple[float, Vector] | None:
+        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None for large matrices."""
+        return proven_least_eigenvalue(self.G)
+
+    @cached_property
+    def dimensionless(self) -> tuple[Stiffness, float | Vector, float]:
+        """See `Stiffness.dimensionless`."""
+        return self.stiffness.dimensionless()
+
+    @cached_property
+    def scaled(self) -> MatrixFacts:
+        """The facts about the dimensionless stiffness."""
+        return MatrixFacts(self.dimensionless[0])

@@ -1,0 +1,87 @@
+"""Measures of an answer by passes of numpy over vectors: for any matrix, and for lattices that are not large."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from ..foundation.checks import Vector
+from ..problem.contact_qp import ContactQP
+from .beyond_m_matrices import weaker_enclosure
+from .certificate import Certificate
+from .enclosure import Base, Enclosure, enclosure_about, multiples
+from .measures import Measures
+from .residuals import Residuals
+
+
+class VectorMeasures(Measures):
+    """See `Measures`.
+
+    Parameters
+    ----------
+    problem : ContactQP
+    gap : array, shape (n,)
+        A finite gap (length).
+    """
+
+    def __init__(self, problem: ContactQP, gap: Vector) -> None:
+        self.problem, self._gap = problem, gap
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """See `Measures`."""
+        problem, gap = self.problem, self._gap
+        with np.errstate(over="ignore", invalid="ignore"):
+            product = problem.stiffness.matvec(gap)
+            reaction = product + problem.q
+            natural = problem.bounds.natural_map(gap, reaction / problem.stiffness.diagonal())
+            room = float((gap - problem.lower).min())
+            least, distance = float(reaction.min()), gap - np.where(problem.supported, problem.lower, 0.0)
+            if not problem.one_sided:
+                capped = np.isfinite(problem.upper)
+                room = min(room, float((problem.upper - gap).min()))
+                least = float(reaction.min(where=~capped, initial=np.inf))
+                least = min(least, float((-reaction).min(where=capped & ~problem.supported, initial=np.inf)))
+                distance = np.where((reaction < 0) & capped, gap - problem.upper, distance)
+            return Residuals(
+                min_gap=room,
+                min_reaction=least,
+                complementarity=_inner(distance, reaction),
+                natural_residual=float(np.abs(natural).max()),
+                objective=_inner(gap, 0.5 * product + problem.q),
+            )
+
+    @cached_property
+    def largest_deflection(self) -> float:
+        """See `Measures`."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return float(np.abs(self.problem.reference - self._gap).max())
+
+    @property
+    def gap_bound(self) -> float:
+        """See `Measures`."""
+        return self._enclosure.bound if self.problem.is_m_matrix else self.residuals.natural_residual
+
+    def certificate(self) -> Certificate | None:
+        """See `Measures`."""
+        if self.problem.is_m_matrix:
+            return Certificate.of(self.problem, self._enclosure)
+        with np.errstate(over="ignore", invalid="ignore"):
+            weaker = weaker_enclosure(self.problem, self._gap)
+            return None if weaker is None else Certificate.of(self.problem, weaker)
+
+    @cached_property
+    def _enclosure(self) -> Enclosure:
+        """The enclosure by the barrier of an M-matrix."""
+        problem, barrier = self.problem, self.problem.barrier
+        assert barrier is not None
+        with np.errstate(over="ignore", invalid="ignore"):
+            base = Base.of(problem, self._gap)
+            found = multiples(problem, base, barrier.v, barrier.s)
+            return enclosure_about(self._gap, problem.bounds, base, barrier.v, found, barrier.kind)
+
+
+def _inner(first: Vector, second: Vector) -> float:
+    """Return the inner product by pairwise summation, without BLAS, whose threads stall on a busy machine."""
+    return float((first * second).sum())

@@ -1,0 +1,59 @@
+"""Request: what an answer is asked for, checked once and passed on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..foundation.checks import integer_at_least, positive_number
+from .tolerances import Tolerance, tolerance_of
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a backend is asked for.
+
+    Attributes
+    ----------
+    tolerance : Tolerance
+        Wanted bound of the error, relative to the gap scale, and the name it was asked for by.
+    max_iter : int or None
+        Limit of the backend's iterations.
+    time_limit : float or None
+        Limit in seconds.
+    options : mapping of str to value
+        The backend's own options that were given.
+    """
+
+    tolerance: Tolerance
+    max_iter: int | None = None
+    time_limit: float | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        tol: object,
+        max_iter: object = None,
+        time_limit: object = None,
+        options: Mapping[str, Any] | None = None,
+    ) -> Request:
+        """Return the request that arguments of `contactqp.solve` stand for.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument has the wrong kind or range.
+
+        Examples
+        --------
+        >>> Request.of("mid", max_iter=10).tolerance.tol
+        1e-06
+        """
+        return cls(
+            tolerance_of(tol),
+            None if max_iter is None else integer_at_least(max_iter, 1, "max_iter"),
+            None if time_limit is None else positive_number(time_limit, "time_limit"),
+            dict(options or {}),
+        )

@@ -1,0 +1,203 @@
+"""Solver: a session that solves one problem under many loads, supports or tensions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..backends.base import Backend, State, Task
+from ..foundation.checks import Vector, one_of, vector
+from ..models.base import ContactModel, split
+from ..models.varied import with_lift, with_load_of, with_support, with_tension
+from ..problem.contact_qp import ContactQP
+from .choice import chosen_backend
+from .request import Request
+from .solution import OnFailure, Solution
+
+
+class Solver:
+    """A session: one model or problem, one backend, and what they keep from solve to solve.
+
+    The matrix is checked, and its properties are proven, once; the backend keeps what it has set up (OSQP its
+    workspace, multigrid its hierarchy, active sets their factors); and each solve starts from the last answer.
+
+    Parameters
+    ----------
+    subject : Membrane, Cable, CableNet or ContactQP
+        What is solved; it is never modified.
+    backend : str or Backend
+        As for `contactqp.solve`; ``"auto"`` chooses once, by the subject.
+    tol, max_iter, time_limit, **options
+        As for `contactqp.solve`, for every solve of the session.
+
+    Attributes
+    ----------
+    subject : Membrane, Cable, CableNet or ContactQP
+    backend : Backend
+
+    Raises
+    ------
+    UnknownBackendError, MissingBackendError, UnsuitableProblemError
+        See `contactqp.solve`.
+    TypeError, ValueError
+        If an argument has the wrong kind or range.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> solver = cq.Solver(cq.gallery.paper_hexagon(), "active-set")
+    >>> [int(solver.solve(load=load).contact.sum()) for load in (0.01, 0.02, 0.03)]
+    [105, 225, 303]
+    >>> solver.solve().contact.sum() == 303  # the subject as it was given
+    True
+    """
+
+    def __init__(
+        self,
+        subject: ContactModel | ContactQP,
+        backend: str | Backend = "auto",
+        *,
+        tol: float | str = 1e-6,
+        max_iter: int | None = None,
+        time_limit: float | None = None,
+        **options: Any,
+    ) -> None:
+        _, problem = split(subject)
+        self.subject = subject
+        self._request = Request.of(tol, max_iter, time_limit, options)
+        self.backend, self._note = chosen_backend(backend, problem, options)
+        self._state: State | None = None
+        self._prepared_for: tuple[object, ...] = ()
+        self._last: Vector | None = None
+        self._reference: Vector | float = 0.0
+
+    def solve(
+        self,
+        *,
+        load: Any = None,
+        support: Any = None,
+        tension: float | None = None,
+        lift: float | None = None,
+        q: ArrayLike | None = None,
+        warm_start: bool | ArrayLike | Solution = True,
+        on_failure: OnFailure = "warn",
+    ) -> Solution:
+        """Solve the session's subject, or a variation of it.
+
+        What is not given is as in the subject, whatever was solved before.
+
+        Parameters
+        ----------
+        load, support : number, array, xarray.DataArray or function of (x, y), optional
+            Another load or support of the model, given and positive as when the model was made.
+        tension : float, optional
+            Another tension, > 0, of a membrane or a cable.
+        lift : float, optional
+            Height (length) by which the support is lifted.
+        q : array, shape (n,), optional
+            Other forces of a bare `ContactQP` (force).
+        warm_start : bool, array or Solution
+            Whether to start from the session's last answer, which is the default; or a gap to start from, shape (n,).
+        on_failure : {"warn", "raise", "ignore"}
+            As for `contactqp.solve`.
+
+        Returns
+        -------
+        Solution
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument has the wrong kind, shape or range, or does not go with the subject.
+        NotCertifiedError
+            If the answer is not certified and ``on_failure="raise"``.
+        """
+        one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
+        subject = self._varied(load, support, tension, lift, q)
+        solution = self.solve_varied(subject, warm_start)
+        solution.report(on_failure)
+        return solution
+
+    def solve_varied(
+        self, subject: ContactModel | ContactQP, warm_start: bool | ArrayLike | Solution = True
+    ) -> Solution:
+        """Solve a variation of the session's subject that has been made already, and judge the answer.
+
+        Parameters
+        ----------
+        subject : Membrane, Cable, CableNet or ContactQP
+            Of the same size. Where it shares matrix and kinds of bounds with what was solved before, the backend goes
+            on with what it has set up.
+        warm_start : bool, array or Solution
+            See `solve`.
+        """
+        _, problem = split(subject)
+        start, state = self._start(warm_start, problem), self._state_for(problem)
+        resumes = start is not None and start is self._last and np.array_equal(problem.reference, self._reference)
+        solution = Solution.by(
+            self.backend,
+            subject,
+            self._request,
+            warm_start=start,
+            note=self._note,
+            state=state,
+            resumes=resumes,
+        )
+        self._last, self._reference = (solution.gap if solution.finite else None), problem.reference
+        return solution
+
+    def _state_for(self, problem: ContactQP) -> State:
+        """Return the backend's state for a problem, prepared anew if matrix or kinds of bounds are others."""
+        mark = problem.facts.scaled, problem.bounds.kinds
+        if self._state is None or any(one is not other for one, other in zip(mark, self._prepared_for, strict=True)):
+            scaled, units = problem.scaled()
+            tolerance = self._request.tolerance
+            task = Task(
+                tol=tolerance.tol,
+                max_iter=self._request.max_iter,
+                time_limit=self._request.time_limit,
+                warm_start=None,
+                bound=lambda gap: np.inf,
+                length_unit=units.length,
+                gap_scale=problem.gap_scale,
+                own_defaults=tolerance.own_defaults,
+                given=frozenset(self._request.options),
+                keeps=True,
+            )
+            self._state = self.backend.prepare(scaled, task, **self._request.options)
+            self._prepared_for = mark
+        return self._state
+
+    def _start(self, value: bool | ArrayLike | Solution, problem: ContactQP) -> Vector | None:
+        if isinstance(value, (bool, np.bool_)):
+            return self._last if value else None
+        return vector(value.gap if isinstance(value, Solution) else value, problem.size, "warm_start")
+
+    def _varied(
+        self, load: Any, support: Any, tension: float | None, lift: float | None, q: ArrayLike | None
+    ) -> ContactModel | ContactQP:
+        """Return the subject with what is given in place of its own."""
+        given = {"load": load, "support": support, "tension": tension, "lift": lift}
+        named = [name for name, value in given.items() if value is not None]
+        if isinstance(self.subject, ContactQP):
+            if named:
+                raise TypeError(f"{named[0]} goes with a model; {self.subject!r} takes other forces by q=")
+            return self.subject if q is None else self.subject.with_forces(q)
+        if q is not None:
+            raise TypeError(f"q goes with a bare ContactQP; {self.subject!r} takes load=, support=, tension= or lift=")
+        model: Any = self.subject
+        if tension is not None:
+            model = with_tension(model, tension)
+        if support is not None:
+            model = with_support(model, model.at_nodes(support, "support", allow_inf=True))
+        if lift is not None:
+            model = with_lift(model, lift)
+        if load is not None:
+            model = with_load_of(model, model.at_nodes(load, "load"))
+        varied: ContactModel = model
+        return varied
+
+    def __repr__(self) -> str:
+        return f"Solver({self.subject!r}, {self.backend.name}, tol {self._request.tolerance})"
