@@ -137,7 +137,8 @@ def test_the_bounds_are_checked():
 
 def test_the_linear_program_refuses_two_bounds_and_says_why():
     problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0], upper=[np.inf, 2.0])
-    with pytest.raises(cq.UnsuitableProblemError, match=r"no least element .* but upper is 2 at unknown 1; take 'osqp'"):
+    message = r"no least element .* but upper is 2 at unknown 1; take 'osqp'"
+    with pytest.raises(cq.UnsuitableProblemError, match=message):
         cq.solve(problem, "mangasarian")
     assert "mangasarian" not in cq.compare(problem).to_frame().index
 

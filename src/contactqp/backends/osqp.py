@@ -7,17 +7,12 @@ Mathematical Programming Computation 12 (2020).
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from functools import partial
 from typing import Any, ClassVar
 
-import numpy as np
-
-from ..foundation.checks import Vector, open_interval, positive_number
+from ..foundation.checks import open_interval, positive_number
 from ..foundation.progress import run_interruptibly
 from ..problem.contact_qp import ContactQP
-from .base import Answer, Backend, State, Stop, Task, as_it_is_now
-from .tightening import Round, tightened
+from .base import Backend, State, Task
 
 _MAX_ITER = 200_000
 _TIGHTEST = 1e-14
