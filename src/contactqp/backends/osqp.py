@@ -7,12 +7,17 @@ Mathematical Programming Computation 12 (2020).
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from functools import partial
 from typing import Any, ClassVar
 
-from ..foundation.checks import open_interval, positive_number
+import numpy as np
+
+from ..foundation.checks import Vector, open_interval, positive_number
 from ..foundation.progress import run_interruptibly
 from ..problem.contact_qp import ContactQP
-from .base import Backend, State, Task
+from .base import Answer, Backend, State, Stop, Task, as_it_is_now
+from .tightening import Round, tightened
 
 _MAX_ITER = 200_000
 _TIGHTEST = 1e-14
@@ -77,35 +82,136 @@ class Osqp(Backend):
 
 
 class _Workspace(State):
-    """OSQP's workspace: rows l ≤ ω ≤ u for all unknowns, -inf and inf where there is no bound."""
+    """OSQP's workspace, with its factors, its adapted ``rho`` and its last iterate; every unknown has a row l ≤ ω ≤ u."""
 
     def __init__(
         self, problem: ContactQP, task: Task, settings: dict[str, Any], polishing: bool, eps: float | None
     ) -> None:
         self._problem, self._settings, self._polishing, self._eps = problem, settings, polishing, eps
-        self._solver: Any = None
         self._set_up(problem, task)
 
     def _set_up(self, problem: ContactQP, task: Task) -> None:
         import osqp
         from scipy import sparse
 
-        def work() -> Any:
-            solver = osqp.OSQP()
-            solver.setup(
-                sparse.csc_matrix(sparse.triu(problem.G, format="csc")),
-                problem.q.copy(),
-                sparse.csc_matrix(sparse.eye_array(problem.size)),
-                problem.lower,
-                problem.upper,
-                polishing=False,
-                verbose=False,
-                warm_starting=True,
-                **self._settings,
-            )
-            return solver
-
-        started = time.perf_counter()
-        self._solver = run_interruptibly(work, task.progress)
-        self._known = {"q": problem.q, "l": problem.lower, "u": problem.upper}
+        started, self._solver = time.perf_counter(), osqp.OSQP()
+        matrix = sparse.csc_matrix(sparse.triu(problem.G, format="csc"))
+        rows = sparse.csc_matrix(sparse.eye_array(problem.size))
+        data = matrix, problem.q.copy(), rows, problem.lower, problem.upper
+        fixed = {"polishing": False, "verbose": False, "warm_starting": True}
+        run_interruptibly(partial(self._solver.setup, *data, **fixed, **self._settings), task.progress)
+        shipped = self._solver.settings
+        self._shipped = float(shipped.eps_abs), float(shipped.rho), int(shipped.max_iter)
+        self._data, self._used = {"q": problem.q, "l": problem.lower, "u": problem.upper}, False
         self._setup_seconds = time.perf_counter() - started
+
+    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+        """See `State.solve`."""
+        problem = as_it_is_now(self._problem, q, problem)
+        if self._solver is None:
+            self._set_up(problem, task)
+        # After Ctrl-C the library may still be at work, and after a failure the iterate is of no use.
+        solver, self._solver = self._solver, None
+        self._start(solver, problem, task)
+        resumed = self._used and task.warm_start is not None
+        eps, budget, note = self._eps, _MAX_ITER, ""
+        if task.own_defaults:
+            usual, rho, budget = self._shipped
+            eps = usual if eps is None else eps
+            note = f"OSQP as shipped: eps {eps:g}, rho {rho:g}, at most {budget} iterations"
+        elif eps is None:
+            eps = (_RESUMED if resumed else 100) * task.tol
+        budget = budget if task.max_iter is None else task.max_iter
+        rounds = _Rounds(solver, problem, task, self._polishing, resumed)
+        answer = tightened(
+            task, rounds.call, rounds.tolerances(eps), budget, setup_seconds=self._setup_seconds, note=note
+        )
+        self._setup_seconds, self._used = 0.0, True
+        self._solver = None if answer.stop is Stop.FAILED else solver
+        return answer
+
+    def _start(self, solver: Any, problem: ContactQP, task: Task) -> None:
+        data = {"q": problem.q, "l": problem.lower, "u": problem.upper}
+        changed = {name: value.copy() for name, value in data.items() if not np.array_equal(value, self._data[name])}
+        if changed:
+            solver.update(**changed)
+            self._data = data
+        if task.warm_start is not None:
+            start = problem.project(task.warm_start)
+            solver.warm_start(x=start, y=-_reaction(problem, start))
+        elif self._used:
+            solver.warm_start(x=np.zeros(problem.size), y=np.zeros(problem.size))
+
+
+class _Rounds:
+    """The calls of one solve, and whether to polish in the next."""
+
+    def __init__(self, solver: Any, problem: ContactQP, task: Task, polishing: bool, resumed: bool) -> None:
+        self._solver, self._problem, self._task = solver, problem, task
+        self._wanted, self._polish = polishing, False
+        self._check = int(solver.settings.check_termination)
+        self._resumed = resumed and not task.own_defaults
+        self._near = np.inf if resumed and _NEAR else 1e-6
+
+    def call(self, eps: float, iterations: int) -> Round:
+        limit = min(max(self._task.seconds_left, 1e-6), 1e10)
+        self._solver.update_settings(
+            eps_abs=eps,
+            eps_rel=eps,
+            max_iter=iterations,
+            time_limit=limit,
+            polishing=self._polish,
+            check_termination=_CT2 if self._polish and self._resumed else self._check,
+        )
+        result = self._solver.solve(raise_error=False)
+        status, gap = result.info.status, None
+        if status == "interrupted":
+            raise KeyboardInterrupt
+        # The library keeps the outcome of the last polish, so it counts only where one was asked for.
+        polished = self._polish and result.info.status_polish == 1
+        if status in _STOPS:
+            gap = np.array(result.x)
+            self._wanted = self._wanted and not polished
+            y, t = np.array(result.y), 1e-6 * np.abs(self._problem.q).max()
+            p = self._problem
+            self._polish = self._wanted and bool(
+                (((y < -t) & (gap - p.lower < self._near)) | ((y > t) & (p.upper - gap < self._near))).any()
+            )
+        self._solver.update_settings(check_termination=self._check)
+        return Round(
+            gap,
+            _STOPS.get(status, Stop.FAILED),
+            f"{status}, eps {eps:.0e}",
+            int(result.info.iter),
+            claims=status == "solved",
+            finish="polish" if polished else "",
+        )
+
+    def tolerances(self, eps: float) -> Iterator[float]:
+        yield eps
+        if self._task.own_defaults:
+            if self._polish:
+                yield eps
+            return
+        while eps / 10 >= _TIGHTEST:
+            eps /= 10
+            yield eps
+
+
+_STOPS = {
+    "solved": Stop.DONE,
+    "solved inaccurate": Stop.DONE,
+    "maximum iterations reached": Stop.ITERATION_LIMIT,
+    "run time limit reached": Stop.TIME_LIMIT,
+}
+
+
+def _reaction(problem: ContactQP, gap: Vector) -> Vector:
+    """Return the multipliers R of the constraints that a warm start suggests."""
+    reaction = problem.stiffness.matvec(gap) + problem.q
+    return np.where(problem.supported, np.maximum(reaction, 0.0), 0.0) + np.where(
+        np.isfinite(problem.upper), np.minimum(reaction, 0.0), 0.0
+    )
+
+
+_RESUMED, _NEAR, _CT2 = 1000.0, True, 1
