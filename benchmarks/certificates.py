@@ -1,10 +1,11 @@
 """How sharp certificates are, and what they cost; ratios are measured in one process.
 
-    python benchmarks/certificates.py [sharpness] [cost]
+    python benchmarks/certificates.py [sharpness] [cost] [--problems NAME ...] [--sizes 255 511 1023]
 
 sharpness: bound over true error, for the answers of every backend to problems of the gallery at three tolerances. The
 true error is known to rounding from an enclosure that is sharp to rounding; answers that are exact to rounding
 themselves (an error below 1e-14 of the gap scale) are listed, but are not part of the median.
+``--problems`` takes some of them, by the names that are printed.
 cost: time of the fast certificate in lexicographic PSOR sweeps over the same lattice, and the largest memory it takes
 on top of problem and answer, in vectors of the lattice's size; the same for the sharp one.
 """
@@ -40,10 +41,12 @@ def problems() -> Iterator[tuple[str, cq.Membrane | cq.Cable]]:
     yield "cable 199", cq.gallery.cable_on_floor(199, 40)[0]
 
 
-def sharpness() -> None:
+def sharpness(wanted: list[str]) -> None:
     ratios: dict[tuple[str, str], list[float]] = {}
     print(f"{'problem':12s} {'backend':12s} {'tol':>6s} {'error':>8s} {'fast/error':>10s} {'sharp/error':>11s}")
     for name, model in problems():
+        if wanted and name not in wanted:
+            continue
         problem = model.problem
         truth = cq.certify(problem, cq.solve(model, "active-set", tol=1e-12).gap)
         for backend in suitable_backends(problem):
@@ -65,14 +68,14 @@ def sharpness() -> None:
         print(f"{backend:12s} {effort:11s} {np.median(found):8.3f} {max(found):8.3g}   ({len(found)} answers)")
 
 
-def cost(sizes: tuple[int, ...] = (255, 511, 1023)) -> None:
+def cost(sizes: list[int]) -> None:
     print(f"\n{'nodes':>8s} {'sweep':>9s} {'fast':>12s} {'sharp':>13s} {'memory of fast':>15s} {'of sharp':>9s}")
     for nodes in sizes:
         problem = cq.gallery.bowl(nodes).problem
         gap = cq.solve(problem, "multigrid", tol=1e-6).gap
         stencil = problem.stencil
         assert stencil is not None
-        sweeper = LatticeSweeper(stencil, problem.q, problem.supported, gap)
+        sweeper = LatticeSweeper(stencil, problem.layout, problem.q, gap, problem.bound_grids())
         sweep = least_seconds(lambda sweeper=sweeper: sweeper.sweep(1.0, 1))
         seconds, vectors = {}, {}
         for effort in ("fast", "sharp"):
@@ -110,12 +113,17 @@ def largest_memory(run: Callable[[], object]) -> int:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", choices=["sharpness", "cost", []], help="by default both")
-    parts = parser.parse_args().parts or ["sharpness", "cost"]
+    parser.add_argument("--problems", nargs="*", help="of the sharpness, by default all")
+    parser.add_argument(
+        "--sizes", type=int, nargs="*", default=[255, 511, 1023], help="of the cost: nodes along a side"
+    )
+    arguments = parser.parse_args()
+    parts = arguments.parts or ["sharpness", "cost"]
     warnings.simplefilter("ignore", cq.ContactWarning)
     if "sharpness" in parts:
-        sharpness()
+        sharpness(arguments.problems or [])
     if "cost" in parts:
-        cost()
+        cost(arguments.sizes)
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ def direct_osqp(problem: cq.ContactQP, eps: list[float]) -> float:
     """Return the seconds that OSQP takes for set-up and the given rounds, polishing until that succeeds once."""
     quadratic, identity = sparse.csc_matrix(sparse.triu(problem.G)), sparse.csc_matrix(sparse.eye_array(problem.size))
     lower, upper = np.zeros(problem.size), np.full(problem.size, np.inf)
-    options = Osqp.options()
+    options = Osqp().options()
     started = time.perf_counter()
     solver = osqp.OSQP()
     solver.setup(
@@ -55,7 +55,7 @@ def direct_osqp(problem: cq.ContactQP, eps: list[float]) -> float:
 def direct_clarabel(problem: cq.ContactQP, eps: list[float]) -> float:
     """Return the seconds that Clarabel takes for set-up and the given rounds."""
     quadratic, held = sparse.csc_matrix(sparse.triu(problem.G)), sparse.csc_matrix(-sparse.eye_array(problem.size))
-    options = Clarabel.options()
+    options = Clarabel().options()
     started = time.perf_counter()
     for tolerance in eps:
         settings = clarabel.DefaultSettings()

@@ -35,9 +35,10 @@ def main() -> None:
     problem, _ = bowl(arguments.nodes).problem.scaled()
     stencil = problem.stencil
     assert stencil is not None
+    data = problem.layout, problem.q, np.zeros(problem.size), problem.bound_grids()
     sweepers = {
-        "lexicographic": LatticeSweeper(stencil, problem.q, problem.supported),
-        "red-black": LatticeSweeper(stencil, problem.q, problem.supported, red_black=True),
+        "lexicographic": LatticeSweeper(stencil, *data),
+        "red-black": LatticeSweeper(stencil, *data, red_black=True),
     }
     source = np.ones(problem.size)
     target = np.empty_like(source)

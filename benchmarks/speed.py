@@ -37,7 +37,7 @@ from contactqp.foundation.threads import Team
 from contactqp.gallery import ball, bowl, spiral
 from contactqp.methods.multigrid.arms import arms_of
 from contactqp.methods.multigrid.nested import nested_start
-from contactqp.proof.judge import relative_bound
+from contactqp.proof.measure import measure
 
 SIZES = {
     "general-qp": 511,
@@ -107,7 +107,7 @@ def piqp(problem: cq.ContactQP, tol: float) -> float:
             eps_duality_gap_rel=0.0, max_iter=60,
         )  # fmt: skip
         taken = time.perf_counter() - started
-        if found.x is not None and relative_bound(problem, found.x * units.length) <= tol:
+        if found.x is not None and measure(problem, found.x * units.length).relative_bound <= tol:
             return taken
     return float("inf")
 

@@ -31,35 +31,49 @@ def exact_matrix(problem):
 
 
 def exact_solution(problem, guess=None):
-    """Return gap and reaction of the exact solution, trying every contact set, that of ``guess`` first."""
+    """Return gap and reaction of the exact solution, trying every contact set, that of ``guess`` first.
+
+    A contact set is a state for each node: 0 free, -1 held by the lower bound, 1 by the upper one. ``guess`` is one,
+    or a mask of the free nodes where there are no upper bounds.
+    """
     matrix = exact_matrix(problem)
     q = [Fraction(float(entry)) for entry in problem.q]
     size = len(q)
-    patterns = product(*[(True, False) if held else (True,) for held in problem.supported])
+    bounds = {
+        -1: [Fraction(float(x)) if np.isfinite(x) else None for x in problem.lower],
+        1: [Fraction(float(x)) if np.isfinite(x) else None for x in problem.upper],
+    }
+    choices = [(0, *(state for state in (-1, 1) if bounds[state][i] is not None)) for i in range(size)]
+    patterns = product(*choices)
     if guess is not None:
-        patterns = [tuple(bool(x) for x in guess | ~problem.supported), *patterns]
+        guess = np.where(guess | ~problem.supported, 0, -1) if np.asarray(guess).dtype == bool else guess
+        patterns = [tuple(int(x) for x in guess), *patterns]
     for pattern in patterns:
-        gap = _with_free_nodes(matrix, q, [i for i in range(size) if pattern[i]])
-        if any(gap[i] < 0 for i in range(size) if problem.supported[i]):
+        held = {i: bounds[state][i] for i, state in enumerate(pattern) if state}
+        gap = _with_held_nodes(matrix, q, held)
+        if any(bounds[-1][i] is not None and gap[i] < bounds[-1][i] for i in range(size)):
+            continue
+        if any(bounds[1][i] is not None and gap[i] > bounds[1][i] for i in range(size)):
             continue
         reaction = [
             sum(a * b for a, b in zip(row, gap, strict=True)) + force for row, force in zip(matrix, q, strict=True)
         ]
-        if all(reaction[i] >= 0 for i in range(size) if not pattern[i]):
+        if all(-state * reaction[i] >= 0 for i, state in enumerate(pattern) if state):
             return gap, reaction
     raise AssertionError("a positive definite problem has a solution")
 
 
-def _with_free_nodes(matrix, q, free):
-    """Solve the equations of the free nodes by Gauss elimination, the others held at zero."""
-    rows = [[matrix[i][j] for j in free] + [-q[i]] for i in free]
+def _with_held_nodes(matrix, q, held):
+    """Solve the equations of the free nodes by Gauss elimination, the others held where they are."""
+    free = [i for i in range(len(q)) if i not in held]
+    rows = [[matrix[i][j] for j in free] + [-q[i] - sum(matrix[i][j] * x for j, x in held.items())] for i in free]
     for k in range(len(free)):
         pivot = rows[k][k]
         rows[k] = [entry / pivot for entry in rows[k]]
         for other in range(len(free)):
             if other != k and rows[other][k]:
                 rows[other] = [a - rows[other][k] * b for a, b in zip(rows[other], rows[k], strict=True)]
-    gap = [Fraction(0)] * len(q)
+    gap = [held.get(i, Fraction(0)) for i in range(len(q))]
     for k, i in enumerate(free):
         gap[i] = rows[k][-1]
     return gap
@@ -114,6 +128,24 @@ def adversarial_problem(rng, largest=5):
     return cq.ContactQP(stiffness, q * 10.0 ** rng.choice([0, 0, -30, 30]), supported=supported)
 
 
+def adversarial_bounds(rng, stiffness):
+    """Return a problem with two bounds: nodes free, held by either, nearly or exactly biactive, bounds equal or far."""
+    bare = cq.ContactQP(stiffness, np.zeros(stiffness.size if isinstance(stiffness, Stencil) else len(stiffness)))
+    size = bare.size
+    gap = rng.normal(size=size) * 10.0 ** rng.uniform(-rng.choice([1, 8]), 1, size)
+    gap = np.where(rng.uniform(size=size) < 0.3, 0.0, gap)
+    state = rng.integers(-1, 2, size)
+    room = 10.0 ** rng.uniform(-rng.choice([1, 8, 17]), 1, (2, size)) * (rng.uniform(size=(2, size)) < 0.95)
+    lower = np.where(state < 0, gap, gap - room[0])
+    upper = np.where(state > 0, gap, gap + room[1])
+    lower = np.where((state >= 0) & (rng.uniform(size=size) < 0.3), -np.inf, lower)
+    upper = np.where((state <= 0) & (rng.uniform(size=size) < 0.3), np.inf, upper)
+    press = -state * 10.0 ** rng.uniform(-rng.choice([1, 8, 18]), 1, size)
+    press[rng.uniform(size=size) < rng.choice([0.0, 0.3, 1.0])] = 0.0
+    q = press - bare.stiffness.matvec(gap) if rng.uniform() < 0.8 else rng.normal(size=size)
+    return cq.ContactQP(stiffness, q, lower, np.maximum(lower, upper))
+
+
 def adversarial_answer(rng, problem, exact):
     """Return an answer that is exact up to rounding, or wrong by any amount."""
     gap = np.array([float(entry) for entry in exact])
@@ -133,17 +165,20 @@ def assert_certificate_holds(certificate, exact_gap, exact_reaction, answer):
     problem = certificate.problem
     low, high = certificate.reaction
     for i, (gap, reaction) in enumerate(zip(exact_gap, exact_reaction, strict=True)):
-        assert Fraction(certificate.lower[i]) <= gap
+        assert not np.isfinite(certificate.lower[i]) or Fraction(certificate.lower[i]) <= gap
         assert not np.isfinite(certificate.upper[i]) or gap <= Fraction(certificate.upper[i])
         if np.isfinite(certificate.gap_bound):
             assert abs(Fraction(float(answer[i])) - gap) <= Fraction(certificate.gap_bound)
-        assert reaction > 0 or not certificate.contact[i]
-        assert gap > 0 or not (certificate.clear[i] and problem.supported[i])
-        assert Fraction(low[i]) <= reaction
+        assert reaction > 0 or not certificate.contact_lower[i]
+        assert reaction < 0 or not certificate.contact_upper[i]
+        if certificate.clear[i]:
+            assert not problem.supported[i] or gap > Fraction(float(problem.lower[i]))
+            assert not np.isfinite(problem.upper[i]) or gap < Fraction(float(problem.upper[i]))
+        assert not np.isfinite(low[i]) or Fraction(low[i]) <= reaction
         assert not np.isfinite(high[i]) or reaction <= Fraction(high[i])
     total = sum(exact_reaction)
     bracket = certificate.total_reaction
-    assert Fraction(bracket.lower) <= total
+    assert not np.isfinite(bracket.lower) or Fraction(bracket.lower) <= total
     assert not np.isfinite(bracket.upper) or total <= Fraction(bracket.upper)
-    count = sum(reaction > 0 for reaction in exact_reaction)
+    count = sum(reaction != 0 for reaction in exact_reaction)
     assert certificate.contact_nodes.lower <= count <= certificate.contact_nodes.upper

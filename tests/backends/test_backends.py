@@ -73,7 +73,7 @@ def test_unknown_names_list_the_known_ones_and_the_nearest():
         cq.UnknownBackendError, match=r"unknown backend 'clarabelle'; did you mean 'clarabel'\?; known: auto, osqp, "
     ):
         cq.solve(PROBLEM, "clarabelle")
-    with pytest.raises(TypeError, match="backend must be a name, got 7"):
+    with pytest.raises(TypeError, match="backend must be a name or a Backend, got 7"):
         cq.solve(PROBLEM, 7)
 
 

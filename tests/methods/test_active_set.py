@@ -59,7 +59,7 @@ def test_sweeps_are_triangular_solves(matrix, seed):
     np.testing.assert_allclose(zero, np.linalg.solve(lower, right), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(rest, right - matrix @ x, rtol=1e-9, atol=1e-9)
     projected, held = x.clip(0), np.zeros(size)
-    sparse_kernels.projected_sweeps(*arguments, inverse, right, held, projected, 1)
+    sparse_kernels.projected_sweeps(*arguments, inverse, right, held, np.zeros(0), projected, 1)
     twin = x.clip(0)
     for i in range(size):
         twin[i] = max(0.0, twin[i] - (matrix[i] @ twin + right[i]) / matrix[i, i])

@@ -9,7 +9,6 @@ from contactqp.paper.scan import scan
 
 @pytest.mark.parametrize("k", range(10))
 def test_the_automatic_factor_needs_few_sweeps_more_than_the_scanned_best(k):
-    """Within a tenth, with the work of its estimates counted."""
     model = paper_hexagon(PAPER_LOADS[k])
     best = min(cq.solve(model, "psor", relaxation=beta).iterations for beta in FACTORS[6:])
     assert cq.solve(model, "psor").iterations <= 1.10 * best
@@ -33,7 +32,7 @@ def test_the_automatic_factor_needs_few_sweeps_more_than_the_best_on_large_nets(
 
 @pytest.mark.parametrize("rule", ["step", "residual"])
 def test_the_automatic_factor_does_for_the_papers_rules_too(rule):
-    """Here some twenty sweeps are all, of which an estimate is one or two."""
+    """Here some twenty sweeps are all, of which the first few are done with a factor that knows nothing."""
     ratios = []
     for load in PAPER_LOADS:
         options = {"stopping": rule, "stopping_length": 1e-3, "on_failure": "ignore"}
@@ -156,15 +155,8 @@ def test_the_automatic_factor_on_small_nets(shape, support):
     assert cq.solve(model, "psor", tol=1e-8).status == "certified"
 
 
-def test_estimates_leave_iterations_within_their_limit():
-    for limit in (1, 7, 8, 9, 10, 50, 60):
+def test_the_automatic_factor_leaves_iterations_within_their_limit():
+    for limit in (1, 7, 60):
         solution = cq.solve(cq.gallery.bowl(63), "psor", max_iter=limit, on_failure="ignore", history=True)
         assert solution.iterations == limit
         assert len(solution.history["step"]) == limit
-
-
-def test_an_estimates_sweeps_repeat_the_record_before():
-    solution = cq.solve(cq.gallery.bowl(63), "psor", history=True)
-    records = np.column_stack([solution.history["step"], solution.history["residual"]])
-    repeated = (np.diff(records, axis=0) == 0).all(axis=1)
-    assert 1 <= np.count_nonzero(repeated) <= 0.06 * solution.iterations

@@ -12,6 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -217,6 +218,19 @@ class State(ABC):
         """
 
 
+def as_it_is_now(prepared: ContactQP, q: Vector, problem: ContactQP | None) -> ContactQP:
+    """Return the problem that a state is asked to solve: the one that it is given, or the prepared one with forces q.
+
+    Parameters
+    ----------
+    prepared, q, problem
+        The problem that the state was prepared for, and the arguments of `State.solve`.
+    """
+    if problem is not None:
+        return problem
+    return prepared if q is prepared.q else prepared.with_forces(q, gap_scale=1.0)
+
+
 class _OneShot(State):
     """The state of a backend that keeps nothing."""
 
@@ -224,9 +238,7 @@ class _OneShot(State):
         self._backend, self._problem, self._options = backend, problem, dict(options)
 
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
-        if problem is None:
-            problem = self._problem if q is self._problem.q else self._problem.with_forces(q, gap_scale=1.0)
-        return self._backend.solve(problem, task, **self._options)
+        return self._backend.solve(as_it_is_now(self._problem, q, problem), task, **self._options)
 
 
 class Backend(ABC):
@@ -292,12 +304,7 @@ class Backend(ABC):
 
     def version(self) -> str | None:
         """Return the installed version of the library behind the backend, or None if it is missing."""
-        from importlib import metadata
-
-        try:
-            return metadata.version(self.package)
-        except metadata.PackageNotFoundError:
-            return None
+        return _version(self.package)
 
     def require(self) -> None:
         """Raise a MissingBackendError if the library is not installed."""
@@ -325,6 +332,12 @@ class Backend(ABC):
                 raise UnsuitableProblemError(f"backend {self.name!r} needs {reason}")
 
 
-def feasible_start(problem: ContactQP, start: Vector) -> Vector:
-    """Return the admissible start nearest to one."""
-    return problem.project(start)
+@cache
+def _version(package: str) -> str | None:
+    """Return a distribution's installed version, which reading takes a millisecond."""
+    from importlib import metadata
+
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None

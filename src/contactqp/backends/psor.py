@@ -6,19 +6,17 @@ The kernels are in `contactqp.methods.sor`.
 
 from __future__ import annotations
 
-import math
 import time
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from ..foundation.checks import one_of, open_interval, positive_number
+from ..foundation.checks import Vector, one_of, open_interval, positive_number
 from ..foundation.progress import compiling
 from ..problem.contact_qp import ContactQP
-from .base import Answer, Backend, Stop, Task, feasible_start
+from .base import Answer, Backend, Stop, Task
 
 if TYPE_CHECKING:
-    from ..methods.sor.relaxation import FreeSetRelaxation
     from ..methods.sor.sweepers import Sweeper
 
 _MAX_SWEEPS = 1_000_000
@@ -30,7 +28,7 @@ _NODE_UPDATES_A_CALL = 20_000_000
 
 
 class Psor(Backend):
-    """Cryer's method: node by node ω_i ← max(0, ω_i - β R_i/G_ii), with the newest values."""
+    """Cryer's method: node by node ω_i ← max(l_i, min(u_i, ω_i - β R_i/G_ii)), with the newest values."""
 
     name: ClassVar[str] = "psor"
     summary: ClassVar[str] = "projected over-relaxation (own kernels)"
@@ -56,9 +54,7 @@ class Psor(Backend):
         problem, task
             See `Backend.solve`; it starts from zero, or from the warm start.
         relaxation : float in (0, 2) or "auto"
-            The factor β; "auto" takes it on a membrane or a cable from the Jacobi matrix of the free nodes as they
-            settle, and else raises it as the decay of the steps asks for (see `contactqp.methods.sor.relaxation`). The
-            work of estimates counts as sweeps, by the nodes that go through the matrix, in ``iterations`` too.
+            The factor β; "auto" raises it as the decay of the steps asks for (see `contactqp.methods.sor.relaxation`).
         order : {"lexicographic", "red-black"}
             Order of the nodes; the second is for membranes and cables only.
         stopping : {"certified", "step", "residual"}
@@ -70,15 +66,14 @@ class Psor(Backend):
             0.001 of the spacing.
         history : bool
             Whether to record after every sweep "step" (length), "residual" (natural residual, length) and
-            "relaxation". An estimate's sweeps repeat the record before it, as they leave the gap alone.
+            "relaxation".
         """
         with compiling("psor"):
-            from ..methods.sor.relaxation import AdaptiveRelaxation, FreeSetRelaxation
+            from ..methods.sor.relaxation import AdaptiveRelaxation
             from ..methods.sor.sweepers import LatticeSweeper, SparseSweeper
 
-        adaptive: AdaptiveRelaxation | FreeSetRelaxation | None = None
-        if relaxation != "auto":
-            beta = open_interval(relaxation, 0.0, 2.0, "relaxation")
+        adaptive = AdaptiveRelaxation() if relaxation == "auto" else None
+        beta = adaptive.beta if adaptive else open_interval(relaxation, 0.0, 2.0, "relaxation")
         one_of(order, ("lexicographic", "red-black"), "order")
         one_of(stopping, ("certified", "step", "residual"), "stopping")
         small = task.tol * task.gap_scale
@@ -86,23 +81,21 @@ class Psor(Backend):
             small = positive_number(stopping_length, "stopping_length")
             if stopping == "certified":
                 raise ValueError("stopping_length goes with stopping='step' or 'residual'; tol rules 'certified'")
-        stencil = problem.stencil
-        on_net = stencil is not None and stencil.uniform
-        if order == "red-black" and not on_net:
-            raise ValueError("order='red-black' needs a Membrane or a Cable: a net of equal arms")
+        lattice = problem.stiffness.uniform_lattice
+        if order == "red-black" and lattice is None:
+            raise ValueError("order='red-black' needs a Membrane or a Cable: a lattice of equal arms")
 
         started = time.perf_counter()
         sweeper: Sweeper
-        start = None if task.warm_start is None else feasible_start(problem, task.warm_start)
-        if stencil is not None and stencil.uniform:
-            sweeper = LatticeSweeper(
-                stencil, problem.q, problem.supported, start, float(task.length_unit), red_black=order == "red-black"
-            )
+        start = np.zeros(problem.size) if task.warm_start is None else problem.project(task.warm_start)
+        if lattice is not None:
+            unit, limits = float(np.max(task.length_unit)), problem.bound_grids()
+            red_black = order == "red-black"
+            sweeper = LatticeSweeper(lattice, problem.layout, problem.q, start, limits, unit, red_black=red_black)
         else:
-            sweeper = SparseSweeper(problem.stiffness, problem.q, problem.supported, start, task.length_unit)
-        if relaxation == "auto":
-            adaptive = FreeSetRelaxation() if on_net else AdaptiveRelaxation()
-            beta = adaptive.beta
+            upper = np.zeros(0) if problem.one_sided else problem.upper
+            bounds = problem.lower, upper
+            sweeper = SparseSweeper(problem.stiffness, problem.q, start, *bounds, task.length_unit)
         rule: _Rule
         if stopping == "certified":
             rule = _CertifiedRule(task)
@@ -113,7 +106,7 @@ class Psor(Backend):
         budget = _MAX_SWEEPS if task.max_iter is None else task.max_iter
         at_once = 1 if history or adaptive else max(1, _NODE_UPDATES_A_CALL // problem.size)
         records: list[tuple[float, float, float]] = []
-        done, spent, counted = 0, 0.0, 0
+        done = 0
         stop, why = Stop.ITERATION_LIMIT, "sweep limit"
         while done < budget:
             count, step = sweeper.sweep(beta, min(at_once, budget - done, rule.patience(done)), rule.small)
@@ -129,17 +122,11 @@ class Psor(Backend):
                 break
             if adaptive:
                 adaptive.observe(step, 8 * rule.rounding)
-                if isinstance(adaptive, FreeSetRelaxation):
-                    spent += _estimated(adaptive, sweeper, budget - done) / problem.size
-                    repeated = math.ceil(spent) - counted
-                    counted += repeated
-                    done += repeated
-                    records.extend(records[-1:] * repeated)
                 beta = adaptive.beta
         names = ("step", "residual", "relaxation")
         columns = np.array(records).reshape(-1, 3).T
         return Answer(
-            gap=sweeper.gap(),
+            gap=sweeper.gap() if rule.judged is None else rule.judged,
             stop=stop,
             termination=f"{why} after {done} sweeps, relaxation {beta:.3f}",
             iterations=done,
@@ -148,20 +135,6 @@ class Psor(Backend):
             history=dict(zip(names, columns, strict=True)) if history else {},
             claimed_solved=stop is Stop.DONE and why != _STALLED,
         )
-
-
-def _estimated(relaxation: FreeSetRelaxation, sweeper: Sweeper, sweeps_left: int) -> float:
-    """Let the factor be estimated if it is time; return the work in nodes."""
-    if relaxation.patient:
-        return 0.0
-    from ..methods.sor.spectral import MOST_WORK
-
-    if sweeps_left <= MOST_WORK:
-        return 0.0
-    free = sweeper.free()
-    if free is None or not relaxation.due(int(np.count_nonzero(free.mask))):
-        return 0.0
-    return relaxation.estimate(free)
 
 
 class _Rule:
@@ -173,10 +146,13 @@ class _Rule:
         Step (length) at which a call of several sweeps may end early.
     rounding : float
         Step (length) that is no more than rounding errors, as far as known.
+    judged : array or None
+        The present gap, if the judge has been asked about it.
     """
 
     small = 0.0
     rounding = 0.0
+    judged: Vector | None = None
 
     def patience(self, done: int) -> int:
         """Return how many sweeps may be done before the rule wants to look."""
@@ -219,14 +195,14 @@ class _CertifiedRule(_Rule):
         self._next_check, self._least, self._stalled = 1, np.inf, 0
 
     def patience(self, done: int) -> int:
-        # An estimate of the factor, which counts as sweeps, may have gone past the next check.
-        return max(1, self._next_check - done)
+        return self._next_check - done
 
     def satisfied(self, sweeper: Sweeper, done: int, step: float, beta: float) -> str | None:
+        self.judged = None
         if done < self._next_check:
             return None
         self._next_check = done + max(1, done // 20)
-        gap = sweeper.gap()
+        gap = self.judged = sweeper.gap()
         bound = self._task.bound(gap)
         self._task.progress.update(f"{done} sweeps, bound {bound:.1e}")
         if bound <= self._task.tol:
@@ -239,7 +215,7 @@ class _CertifiedRule(_Rule):
 
 def _arm_weight(problem: ContactQP) -> float:
     """Return G_ii over the stiffness of an arm, by which R_i/G_ii becomes R_i over that stiffness."""
-    stencil = problem.stencil
-    if stencil is None or not stencil.uniform:
+    lattice = problem.stiffness.uniform_lattice
+    if lattice is None:
         return 1.0
-    return float(stencil.diagonal()[0]) / max(float(stencil.horizontal), float(stencil.vertical))
+    return float(lattice.diagonal()[0]) / max(float(lattice.horizontal), float(lattice.vertical))

@@ -8,13 +8,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..backends import choose_backend, get_backend
+from ..backends.base import Backend
 from ..foundation.checks import Vector, one_of, real_array, refuse_non_finite
 from ..foundation.progress import Progress
 from ..models.base import ContactModel
 from ..models.varied import VARIED
 from ..solving.solution import Solution
 from ..solving.solve import solve
+from ..solving.solver import Solver
 from .load_path import LoadPath
 
 
@@ -24,7 +25,7 @@ def trace(
     loads: Iterable[float] | None = None,
     tensions: Iterable[float] | None = None,
     lifts: Iterable[float] | None = None,
-    backend: str = "auto",
+    backend: str | Backend = "auto",
     tol: float | str = 1e-6,
     cold: bool = False,
     checkpoint: str | Path | None = None,
@@ -72,18 +73,14 @@ def trace(
     if not isinstance(model, ContactModel):
         raise TypeError(f"model must be a Membrane, a Cable or a CableNet, got {type(model).__name__}")
     parameter, values = _chosen({"load": loads, "tension": tensions, "lift": lifts})
-    if backend == "auto":
-        backend = choose_backend(model.problem)[0]
-    limits = {"max_iter", "time_limit"}
-    get_backend(backend).check_options({name: value for name, value in options.items() if name not in limits})
+    session = Solver(model, backend, tol=tol, **options)
     one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
     file = None
     if checkpoint is not None:
         from .checkpoint import Checkpoint
 
-        file = Checkpoint(Path(checkpoint), model, parameter, backend)
+        file = Checkpoint(Path(checkpoint), model, parameter, session.backend.name)
     restored = [] if file is None else file.restored(values, tol)
-    settings = {"tol": tol, "on_failure": on_failure, **options}
     solutions: list[Solution] = []
     cold_iterations: list[int] = []
     with Progress(f"{parameter}s · {model.size} nodes") as progress:
@@ -91,14 +88,16 @@ def trace(
             progress.update(f"{parameter} {value:g}, {k + 1} of {values.size}")
             varied = VARIED[parameter](model, float(value))
             kept, counted = restored[k] if k < len(restored) else (None, -1)
-            start = _start(solutions[-1] if solutions else None)
+            previous = solutions[-1] if solutions else None
             if kept is not None and kept.status.ok:
                 solution = kept
             else:
-                own = None if kept is None else _start(kept)
-                solution = solve(varied, backend, warm_start=start if own is None else own, **settings)
+                solution = session.solve_varied(varied, _start(previous, kept, session.last))
+                solution.report(on_failure)
             if cold and counted < 0:
-                counted = solution.iterations if start is None else solve(varied, backend, **settings).iterations
+                started = previous is not None and previous.finite
+                alone = solve(varied, session.backend, tol=tol, on_failure="ignore", **options) if started else solution
+                counted = alone.iterations
             solutions.append(solution)
             cold_iterations.append(counted)
             if file is not None and (solution is not kept or counted >= 0):
@@ -106,9 +105,13 @@ def trace(
     return LoadPath(model, parameter, values, tuple(solutions), tuple(cold_iterations) if cold else None)
 
 
-def _start(solution: Solution | None) -> Vector | None:
-    """Return the gap to go on from, None if there is no finite one."""
-    return None if solution is None or solution.residuals is None else solution.gap
+def _start(previous: Solution | None, kept: Solution | None, last: Vector | None) -> Vector | bool:
+    """Return what to start from: an answer that was kept for this value, or the one before, the session's if it is."""
+    if kept is not None and kept.finite:
+        return kept.gap
+    if previous is None or not previous.finite:
+        return False
+    return True if previous.gap is last else previous.gap
 
 
 def _chosen(given: dict[str, Iterable[float] | None]) -> tuple[str, Vector]:

@@ -73,6 +73,11 @@ class Solver:
         self._last: Vector | None = None
         self._reference: Vector | float = 0.0
 
+    @property
+    def last(self) -> Vector | None:
+        """The session's last answer (length), shape (n,); None without a finite one."""
+        return self._last
+
     def solve(
         self,
         *,
