@@ -261,7 +261,7 @@ class Comparison:
 
     @property
     def model(self) -> ContactModel | None:
-        """The membrane, cable or net, None if a bare `ContactQP` was solved."""
+        """The membrane, cable or cable net, None if a bare `ContactQP` was solved."""
         return next((s.model for s in self.solutions.values()), None)
 
     @cached_property
