@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from strategies import BACKENDS, altered
 
 import contactqp as cq
+from contactqp.backends import get_backend
 from contactqp.comparison.comparison import Comparison
 from contactqp.comparison.outcome import Outcome
 from contactqp.proof.judge import judge
@@ -301,6 +302,8 @@ def test_without_enclosures_agreement_rests_on_the_answers():
     [
         ({"backends": "osqp"}, TypeError, r"write \['osqp'\]"),
         ({"backends": ["osqp", "osqp"]}, ValueError, "must not repeat"),
+        ({"backends": ["osqp", 7]}, TypeError, "backends must hold names and Backends only, got 7"),
+        ({"backends": get_backend("osqp")}, TypeError, "backends must be a sequence of names, got .*Osqp.* alone"),
         ({"backends": ["ossqp"]}, cq.UnknownBackendError, "did you mean 'osqp'"),
         ({"backends": ["osqp"], "options": {"psor": {}}}, ValueError, "options name 'psor'"),
         ({"backends": ["psor"], "options": {"psor": {"bta": 1}}}, TypeError, "no option 'bta'"),
@@ -337,6 +340,25 @@ def test_auto_is_a_name_like_any_other():
         assert_backends_agree(HEXAGON, ["auto", "mangasarian"], tol=1e-15)
     with pytest.raises(TypeError, match="no option 'relaxatoin'"):
         cq.compare(HEXAGON, ["auto"], options={"auto": {"relaxatoin": 1}})
+
+
+def test_a_backend_itself_is_as_good_as_its_name():
+    comparison = cq.compare(HEXAGON, [get_backend("psor"), "clarabel"], options={"psor": {"relaxation": 1.9}})
+    assert list(comparison.solutions) == ["psor", "clarabel"]
+    assert comparison.provenance.options["psor"]["relaxation"] == 1.9
+    assert comparison.agree
+    with pytest.raises(ValueError, match=r"must not repeat, got \['psor', 'psor'\]"):
+        cq.compare(HEXAGON, [get_backend("psor"), "psor"])
+
+
+def test_a_comparison_knows_its_model_even_if_nobody_answered():
+    cable, _ = cq.gallery.cable_on_floor(nodes=9, contact_starts_after=2)
+    matrix = cq.ContactQP(np.eye(2), [1.0, 1.0])
+    for posed, backends in ((cable, []), (HEXAGON, []), (matrix, ["multigrid"])):
+        comparison = cq.compare(posed, backends)
+        assert comparison.best is None
+        assert (comparison.model or comparison.problem) is posed
+        assert comparison.problem is getattr(posed, "problem", posed)
 
 
 def test_timeouts_are_rows():

@@ -40,11 +40,20 @@ def print_backends() -> None:
     table = Table(box=None, header_style="bold", pad_edge=False)
     for heading in ("name", "method", "needs", "reaches", "library", "available"):
         table.add_column(heading)
+    broken = []
     for name in backend_names():
-        backend = get_backend(name)
+        try:
+            backend = get_backend(name)
+        except (Exception, SystemExit) as error:  # what another distribution runs when it is loaded may raise anything
+            broken.append(str(error))
+            table.add_row(name, "-", "-", "-", "-", Text("no, see below", style="red"))
+            continue
         version = backend.version()
         needs = ", ".join(sorted(need.name for need in backend.needs)) or "-"
         available = Text("yes", style="green") if version else Text(f"pip install {backend.package}", style="yellow")
         reaches = "-" if backend.reachable_tol is None else f"tol {backend.reachable_tol:g}"
         table.add_row(name, backend.summary, needs, reaches, f"{backend.package} {version or ''}".strip(), available)
-    table_console().print(table)
+    console = table_console()
+    console.print(table)
+    for reason in broken:
+        console.print(Text(reason, style="yellow"))

@@ -103,7 +103,7 @@ def compare(
 def _by_name(backends: Sequence[str | Backend]) -> dict[str, str | Backend]:
     """Return what was asked for, by its names."""
     if isinstance(backends, (str, Backend)):
-        raise TypeError(f"backends must be a sequence of names, got the string {backends!r}; write [{backends!r}]")
+        raise TypeError(f"backends must be a sequence of names, got {backends!r} alone; write [{backends!r}]")
     names = [backend.name if isinstance(backend, Backend) else backend for backend in backends]
     for name in names:
         if not isinstance(name, str):
@@ -119,7 +119,7 @@ def _found(backend: str | Backend, problem: ContactQP) -> Backend | Refusal:
         return get_backend(choose_backend(problem)[0] if backend == "auto" else backend)
     except (UnknownBackendError, KeyboardInterrupt):
         raise
-    except BaseException as error:  # loading another distribution's backend runs its code, which may raise anything
+    except BaseException as error:  # what another distribution runs when it is loaded may raise anything
         return Refusal.by(error)
 
 
