@@ -9,10 +9,11 @@ import numpy as np
 from hypothesis import strategies as st
 
 import contactqp as cq
+from contactqp.backends import TABLE
 from contactqp.proof.judge import Verdict
 from contactqp.solving.solution import Run
 
-BACKENDS = ("osqp", "clarabel", "mangasarian", "psor", "multigrid", "active-set")
+BACKENDS = tuple(name for name in TABLE if not name.endswith(":"))
 
 
 @st.composite

@@ -17,7 +17,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 def test_the_code_runs_and_prints_what_it_says(monkeypatch):
     monkeypatch.chdir(ROOT)
     pairs = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", README, flags=re.DOTALL)
-    assert len(pairs) == README.count("```python") - 1 == 5  # the other one is run by the next test
+    assert len(pairs) == README.count("```python") - 1 == 7  # the other one is run by the next test
     namespace: dict[str, object] = {}
     for code, expected in pairs:
         printed = io.StringIO()

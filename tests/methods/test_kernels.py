@@ -8,7 +8,7 @@ from strategies import bounds, lattice_masks
 
 import contactqp as cq
 from contactqp.algebra.stencil import Stencil
-from contactqp.geometry.numbering import Layout
+from contactqp.geometry.numbering import Layout, Numbering
 from contactqp.methods.sor.relaxation import AdaptiveRelaxation, best_factor
 from contactqp.methods.sor.sweepers import LatticeSweeper, SparseSweeper
 
@@ -91,7 +91,7 @@ def test_lattice_sweeps_match_their_twin(mask, beta, seed, red_black, across, sw
     start = np.clip(np.abs(rng.normal(size=stencil.size)), lower, upper)
     sweeper = lattice_sweeper(stencil, q, lower, upper, start, red_black=red_black)
     matrix, twin = stencil.tocsr().toarray(), start.copy()
-    rows, columns = np.nonzero(mask)
+    rows, columns = np.nonzero(Numbering(mask).layout.mask)
     colour = (rows + columns) % 2
     order = np.argsort(colour, kind="stable") if red_black else np.arange(stencil.size)
     count, step = sweeper.sweep(beta, sweeps)

@@ -24,7 +24,7 @@ def test_q_is_load_less_shape_and_reactions_follow():
     np.testing.assert_allclose(membrane.deflection(gap), f - gap)
 
 
-def test_the_objective_is_the_potential_energy_less_that_of_the_shut_gap():
+def test_the_objective_is_the_potential_energy_less_that_of_the_gap_zero():
     rng = np.random.default_rng(2)
     f = rng.uniform(0.5, 1.0, 12)
     membrane = cq.Membrane(LATTICE, tension=2.0, load=0.7, support=f)
@@ -53,7 +53,7 @@ def test_every_way_to_give_a_field_gives_the_same_model():
         np.testing.assert_allclose(cq.Membrane(shifted, 1.0, 0.3, given).support, reference)
 
 
-def test_a_net_shifted_by_half_covers_a_shifted_dataarray_only():
+def test_a_lattice_shifted_by_half_covers_a_shifted_dataarray_only():
     array = xr.DataArray(np.ones((3, 3)), dims=("y", "x"), coords={"y": [0.0, 1, 2], "x": [0.0, 1, 2]})
     with pytest.raises(ValueError, match="support does not cover the lattice"):
         cq.Membrane(LATTICE, 1.0, 0.3, array)

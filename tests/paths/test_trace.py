@@ -90,13 +90,14 @@ def test_an_interrupted_path_is_resumed(tmp_path, monkeypatch):
     file = tmp_path / "path.nc"
     calls = []
 
-    def interrupted(model, *args, **kwargs):
-        calls.append(float(model.load[0]))
-        if len(calls) == 3:
-            raise KeyboardInterrupt
-        return cq.solve(model, *args, **kwargs)
+    class Interrupted(cq.Solver):
+        def solve_varied(self, subject, *args):
+            calls.append(float(subject.load[0]))
+            if len(calls) == 3:
+                raise KeyboardInterrupt
+            return super().solve_varied(subject, *args)
 
-    monkeypatch.setattr(path_module, "solve", interrupted)
+    monkeypatch.setattr(path_module, "Solver", Interrupted)
     loads = [0.01, 0.02, 0.03, 0.04]
     with pytest.raises(KeyboardInterrupt):
         cq.trace(HEXAGON, loads=loads, checkpoint=file)

@@ -12,6 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -303,12 +304,7 @@ class Backend(ABC):
 
     def version(self) -> str | None:
         """Return the installed version of the library behind the backend, or None if it is missing."""
-        from importlib import metadata
-
-        try:
-            return metadata.version(self.package)
-        except metadata.PackageNotFoundError:
-            return None
+        return _version(self.package)
 
     def require(self) -> None:
         """Raise a MissingBackendError if the library is not installed."""
@@ -334,3 +330,14 @@ class Backend(ABC):
             reason = need.holds(problem)
             if reason is not None:
                 raise UnsuitableProblemError(f"backend {self.name!r} needs {reason}")
+
+
+@cache
+def _version(package: str) -> str | None:
+    """Return a distribution's installed version, which reading takes a millisecond."""
+    from importlib import metadata
+
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None

@@ -64,7 +64,11 @@ class Osqp(Backend):
             OSQP's first absolute and relative tolerance; by default 100 ``tol``.
         """
         open_interval(alpha, 0.0, 2.0, "alpha")
-        for name, value in (("rho", rho), ("sigma", sigma), ("check_termination", check_termination)):
+        for name, value in (
+            ("rho", rho),
+            ("sigma", sigma),
+            ("check_termination", check_termination),
+        ):
             positive_number(value, name)
         settings = task.passed_on(
             rho=rho,
@@ -78,31 +82,53 @@ class Osqp(Backend):
             # With G positive definite the program always has a solution: no test for the contrary may fire.
             settings |= {"eps_prim_inf": _NEVER, "eps_dual_inf": _NEVER}
         polishing = polishing and (not task.own_defaults or "polishing" in task.given)
-        return _Workspace(problem, task, settings, polishing, None if eps is None else positive_number(eps, "eps"))
+        return _Workspace(
+            problem,
+            task,
+            settings,
+            polishing,
+            None if eps is None else positive_number(eps, "eps"),
+        )
 
 
 class _Workspace(State):
-    """OSQP's workspace, with its factors, its adapted ``rho`` and its last iterate; every unknown has a row l ≤ ω ≤ u."""
+    """OSQP's workspace: factors, adapted ``rho`` and last iterate; every unknown has a row l ≤ ω ≤ u."""
 
     def __init__(
-        self, problem: ContactQP, task: Task, settings: dict[str, Any], polishing: bool, eps: float | None
+        self,
+        problem: ContactQP,
+        task: Task,
+        settings: dict[str, Any],
+        polishing: bool,
+        eps: float | None,
     ) -> None:
-        self._problem, self._settings, self._polishing, self._eps = problem, settings, polishing, eps
+        self._problem, self._settings, self._polishing, self._eps = (
+            problem,
+            settings,
+            polishing,
+            eps,
+        )
         self._set_up(problem, task)
 
     def _set_up(self, problem: ContactQP, task: Task) -> None:
         import osqp
         from scipy import sparse
 
-        started, self._solver = time.perf_counter(), osqp.OSQP()
+        started, self._solver, self._used = time.perf_counter(), osqp.OSQP(), False
         matrix = sparse.csc_matrix(sparse.triu(problem.G, format="csc"))
         rows = sparse.csc_matrix(sparse.eye_array(problem.size))
         data = matrix, problem.q.copy(), rows, problem.lower, problem.upper
         fixed = {"polishing": False, "verbose": False, "warm_starting": True}
-        run_interruptibly(partial(self._solver.setup, *data, **fixed, **self._settings), task.progress)
+        run_interruptibly(
+            partial(self._solver.setup, *data, **fixed, **self._settings), task.progress
+        )
         shipped = self._solver.settings
-        self._shipped = float(shipped.eps_abs), float(shipped.rho), int(shipped.max_iter)
-        self._data, self._used = {"q": problem.q, "l": problem.lower, "u": problem.upper}, False
+        self._shipped = (
+            float(shipped.eps_abs),
+            float(shipped.rho),
+            int(shipped.max_iter),
+        )
+        self._vectors = {"q": problem.q, "l": problem.lower, "u": problem.upper}
         self._setup_seconds = time.perf_counter() - started
 
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
@@ -110,34 +136,50 @@ class _Workspace(State):
         problem = as_it_is_now(self._problem, q, problem)
         if self._solver is None:
             self._set_up(problem, task)
-        # After Ctrl-C the library may still be at work, and after a failure the iterate is of no use.
+        # After Ctrl-C the library may still be at work in it, and after a failure its iterate is of no use.
         solver, self._solver = self._solver, None
-        self._start(solver, problem, task)
-        resumed = self._used and task.warm_start is not None
+        self._start(solver, problem, task.warm_start)
+        rounds = _Rounds(
+            solver,
+            problem,
+            task,
+            self._polishing,
+            self._used and task.warm_start is not None,
+        )
         eps, budget, note = self._eps, _MAX_ITER, ""
         if task.own_defaults:
             usual, rho, budget = self._shipped
             eps = usual if eps is None else eps
             note = f"OSQP as shipped: eps {eps:g}, rho {rho:g}, at most {budget} iterations"
-        elif eps is None:
-            eps = (_RESUMED if resumed else 100) * task.tol
+        schedule = rounds.tolerances(eps)
         budget = budget if task.max_iter is None else task.max_iter
-        rounds = _Rounds(solver, problem, task, self._polishing, resumed)
         answer = tightened(
-            task, rounds.call, rounds.tolerances(eps), budget, setup_seconds=self._setup_seconds, note=note
+            task,
+            rounds.call,
+            schedule,
+            budget,
+            setup_seconds=self._setup_seconds,
+            note=note,
         )
         self._setup_seconds, self._used = 0.0, True
         self._solver = None if answer.stop is Stop.FAILED else solver
         return answer
 
-    def _start(self, solver: Any, problem: ContactQP, task: Task) -> None:
-        data = {"q": problem.q, "l": problem.lower, "u": problem.upper}
-        changed = {name: value.copy() for name, value in data.items() if not np.array_equal(value, self._data[name])}
+    def _start(
+        self, solver: Any, problem: ContactQP, warm_start: Vector | None
+    ) -> None:
+        """Put new forces and bounds into the workspace, and its iterate where the solve is to start."""
+        vectors = {"q": problem.q, "l": problem.lower, "u": problem.upper}
+        changed = {
+            k: v.copy()
+            for k, v in vectors.items()
+            if not np.array_equal(v, self._vectors[k])
+        }
         if changed:
             solver.update(**changed)
-            self._data = data
-        if task.warm_start is not None:
-            start = problem.project(task.warm_start)
+            self._vectors = vectors
+        if warm_start is not None:
+            start = problem.project(warm_start)
             solver.warm_start(x=start, y=-_reaction(problem, start))
         elif self._used:
             solver.warm_start(x=np.zeros(problem.size), y=np.zeros(problem.size))
@@ -146,12 +188,23 @@ class _Workspace(State):
 class _Rounds:
     """The calls of one solve, and whether to polish in the next."""
 
-    def __init__(self, solver: Any, problem: ContactQP, task: Task, polishing: bool, resumed: bool) -> None:
-        self._solver, self._problem, self._task = solver, problem, task
-        self._wanted, self._polish = polishing, False
+    def __init__(
+        self,
+        solver: Any,
+        problem: ContactQP,
+        task: Task,
+        polishing: bool,
+        resumed: bool,
+    ) -> None:
+        self._solver, self._task, self._polishing, self._polish = (
+            solver,
+            task,
+            polishing,
+            False,
+        )
         self._check = int(solver.settings.check_termination)
         self._resumed = resumed and not task.own_defaults
-        self._near = np.inf if resumed and _NEAR else 1e-6
+        self._pressed = 1e-6 * np.abs(problem.q).max()
 
     def call(self, eps: float, iterations: int) -> Round:
         limit = min(max(self._task.seconds_left, 1e-6), 1e10)
@@ -161,25 +214,20 @@ class _Rounds:
             max_iter=iterations,
             time_limit=limit,
             polishing=self._polish,
-            check_termination=_CT2 if self._polish and self._resumed else self._check,
+            check_termination=1 if self._polish and self._resumed else self._check,
         )
         result = self._solver.solve(raise_error=False)
-        status, gap = result.info.status, None
+        self._solver.update_settings(check_termination=self._check)
+        status = result.info.status
         if status == "interrupted":
             raise KeyboardInterrupt
         # The library keeps the outcome of the last polish, so it counts only where one was asked for.
         polished = self._polish and result.info.status_polish == 1
-        if status in _STOPS:
-            gap = np.array(result.x)
-            self._wanted = self._wanted and not polished
-            y, t = np.array(result.y), 1e-6 * np.abs(self._problem.q).max()
-            p = self._problem
-            self._polish = self._wanted and bool(
-                (((y < -t) & (gap - p.lower < self._near)) | ((y > t) & (p.upper - gap < self._near))).any()
-            )
-        self._solver.update_settings(check_termination=self._check)
+        # Asked to polish where nothing is in contact, OSQP writes to the terminal.
+        self._polishing = self._polishing and not polished
+        self._polish = self._polishing and bool(np.abs(result.y).max() > self._pressed)
         return Round(
-            gap,
+            np.array(result.x) if status in _STOPS else None,
             _STOPS.get(status, Stop.FAILED),
             f"{status}, eps {eps:.0e}",
             int(result.info.iter),
@@ -187,7 +235,8 @@ class _Rounds:
             finish="polish" if polished else "",
         )
 
-    def tolerances(self, eps: float) -> Iterator[float]:
+    def tolerances(self, eps: float | None) -> Iterator[float]:
+        eps = (1000 if self._resumed else 100) * self._task.tol if eps is None else eps
         yield eps
         if self._task.own_defaults:
             if self._polish:
@@ -209,9 +258,7 @@ _STOPS = {
 def _reaction(problem: ContactQP, gap: Vector) -> Vector:
     """Return the multipliers R of the constraints that a warm start suggests."""
     reaction = problem.stiffness.matvec(gap) + problem.q
-    return np.where(problem.supported, np.maximum(reaction, 0.0), 0.0) + np.where(
-        np.isfinite(problem.upper), np.minimum(reaction, 0.0), 0.0
+    lower, upper = np.isfinite(problem.lower), np.isfinite(problem.upper)
+    return np.clip(
+        reaction, np.where(upper, -np.inf, 0.0), np.where(lower, np.inf, 0.0)
     )
-
-
-_RESUMED, _NEAR, _CT2 = 1000.0, True, 1

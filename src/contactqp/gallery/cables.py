@@ -89,8 +89,8 @@ def cable_on_posts(depths: ArrayLike, bay: int) -> tuple[Cable, Vector, Vector]:
     """Return a cable on posts with nothing between them, its exact deflection, and the exact reactions.
 
     T = p = Δ = 1; the ends are at height zero. Between its posts the cable hangs by ps(ℓ - s)/(2T) below the chord, and
-    post k carries R = pℓ - T(2d_k - d_{k-1} - d_{k+1})/ℓ: half the load of the bays beside it, less what the tension
-    takes up.
+    post k carries R = pℓ - T(2d_k - d_{k-1} - d_{k+1})/ℓ: half the load of the bays beside it, less the vertical force
+    of the tension where the chords of these bays meet.
 
     Parameters
     ----------

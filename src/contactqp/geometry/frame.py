@@ -161,7 +161,7 @@ class Frame:
         return float(self.geometry.area)
 
     def lattice(self, spacing: float, origin: Point = (0.0, 0.0)) -> Lattice:
-        """Lay a square net over the frame and keep the points strictly inside it.
+        """Lay a square lattice over the frame and keep the points strictly inside it.
 
         A point on the contour, to 1e-9 of the frame's extent, belongs to the frame.
 
@@ -170,7 +170,7 @@ class Frame:
         spacing : float
             Distance of neighbouring points (length), > 0.
         origin : (float, float)
-            A point that the net passes through (length).
+            A point of the lattice, inside the frame or not (length).
 
         Returns
         -------
@@ -180,7 +180,7 @@ class Frame:
         Raises
         ------
         ValueError
-            If no point of the net lies inside.
+            If no point of the lattice lies inside.
         """
         spacing = positive_number(spacing, "spacing")
         origin_x, origin_y = _point(origin, "origin")

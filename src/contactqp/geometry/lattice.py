@@ -1,4 +1,4 @@
-"""Lattice: the nodes inside a frame, on a square net of equal spacing."""
+"""Lattice: the nodes inside a frame, on a square lattice of equal spacing."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .numbering import Numbering
 
 
 class Lattice:
-    """The nodes of a square net that lie inside a frame.
+    """The nodes of a square lattice that lie inside a frame.
 
     Nodes are numbered row by row: y ascending, and x ascending within a row. Two-dimensional arrays are
-    indexed ``[row, column]``, that is ``[y, x]``. Every point of the net that is not a node, and
+    indexed ``[row, column]``, that is ``[y, x]``. Every point of the array that is not a node, and
     everything outside the array, belongs to the frame.
 
     Parameters
@@ -72,7 +72,7 @@ class Lattice:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of the net."""
+        """Rows and columns of the array."""
         rows, columns = self.mask.shape
         return rows, columns
 
@@ -114,7 +114,7 @@ class Lattice:
         return int(ndimage.label(self.mask)[1])
 
     def scatter(self, vector: ArrayLike, fill: float = np.nan) -> NDArray[Any]:
-        """Lay a vector in node order out on the net, with ``fill`` where there is no node.
+        """Lay a vector in node order out on the lattice's array, with ``fill`` where there is no node.
 
         Parameters
         ----------
@@ -133,14 +133,14 @@ class Lattice:
         return self.numbering.to_grid(values, fill=fill)
 
     def gather(self, grid: ArrayLike) -> NDArray[Any]:
-        """Take the nodes' values, in node order, from an array on the net: the inverse of `scatter`."""
+        """Take the nodes' values, in node order, from the lattice's array: the inverse of `scatter`."""
         values = np.asarray(grid)
         if values.shape != self.shape:
             raise ValueError(f"grid must have the lattice's shape {self.shape}, got {values.shape}")
         return self.numbering.to_vector(values)
 
     def ring_coordinates(self, row: NDArray[Any], column: NDArray[Any]) -> tuple[Vector, Vector]:
-        """Return x and y of points by their places on the net with a ring of frame points about it (length)."""
+        """Return x and y of points by their places on the array with a ring of frame points about it (length)."""
         return self.origin[0] + self.spacing * (column - 1), self.origin[1] + self.spacing * (row - 1)
 
     def free_boundary(self, contact: Mask) -> NDArray[np.float64]:

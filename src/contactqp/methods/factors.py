@@ -18,7 +18,7 @@ DIRECT_SIZE = 4000
 """Up to this many unknowns linear systems are factorised, and nothing needs compiling."""
 
 
-def factorised(matrix: csr_array, *, pivoting: bool = False) -> Solve | None:
+def factorised(matrix: csr_array, *, pivoting: bool = False, definite: bool = False) -> Solve | None:
     """Return a function that solves with a symmetric matrix by its factors; None where a pivot vanishes.
 
     Parameters
@@ -27,6 +27,8 @@ def factorised(matrix: csr_array, *, pivoting: bool = False) -> Solve | None:
         Symmetric and positive definite.
     pivoting : bool
         Whether rows may be exchanged: safer where the matrix is not known to be positive definite, and slower.
+    definite : bool
+        Whether to return None also where a pivot is negative, so that the matrix is not positive definite.
     """
     from scipy.sparse import linalg
 
@@ -34,5 +36,7 @@ def factorised(matrix: csr_array, *, pivoting: bool = False) -> Solve | None:
     try:
         factors = linalg.splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", **symmetric)
     except RuntimeError:
+        return None
+    if definite and not (factors.U.diagonal() > 0).all():
         return None
     return lambda force: np.asarray(factors.solve(force))

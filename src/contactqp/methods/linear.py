@@ -33,6 +33,7 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from contactqp.algebra.sparse import SparseStiffness
     >>> solve, exact = solver(SparseStiffness.of([[2.0, -1.0], [-1.0, 2.0]]), 1e-3)
     >>> solve(np.array([1.0, 1.0])), exact
@@ -66,6 +67,7 @@ def free_set_solver(stiffness: Stiffness, free: Mask) -> tuple[Solve, bool] | No
 
     Examples
     --------
+    >>> import numpy as np
     >>> from contactqp.algebra.sparse import SparseStiffness
     >>> stiffness = SparseStiffness.of([[2.0, -1.0], [-1.0, 2.0]])
     >>> solve, exact = free_set_solver(stiffness, np.array([True, False]))

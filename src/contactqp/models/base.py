@@ -179,6 +179,12 @@ class ContactModel(ABC):
         It must be formed from differences of heights, so that a common height costs no digits.
         """
 
+    def _take_tension(self, tension: float) -> None:
+        """Change a copy of the model to another tension, > 0, before anything is derived from it."""
+        raise TypeError(
+            f"a tension can be given to a Membrane or a Cable only, not to {self!r}; make another model of its kind"
+        )
+
     @abstractmethod
     def _frame_relief(self) -> float:
         """Return how far the frame leaves its mean height at most (length)."""

@@ -150,16 +150,16 @@ class Cable(LatticeModel):
             One row each, with the columns
 
             * kind: "free" or "contact", by ``solution.contact``;
-            * start, end, length: abscissae of the row's ends, and their distance (length); a point contact has none;
+            * start, end, length: abscissae of the row's ends, and their distance (length), 0 for contact at one node;
             * nodes: how many are free (in contact);
             * largest_gap, largest_gap_at: of the nodes over a support, and its abscissa (length); nan in contact;
             * sag: how far a free span hangs below the chord of its ends at most (length); nan in contact;
-            * largest_slope: of the arms between start and end, without sign; nan for a point contact;
-            * reaction: the sum of R over the nodes in contact, at a point contact that of the one (force);
+            * largest_slope: of the arms between start and end, without sign; nan for contact at one node;
+            * reaction: the sum of R over the nodes in contact (force); 0 for a free span;
             * reaction_lower, reaction_upper: bounds of the true sum (force); nan without a certificate;
-            * certain: whether the certificate proves both ends: the outermost nodes of the row, and the nodes beyond
-              them, are as told;
-            * undecided: how many nodes of the row may be either; all without a certificate.
+            * certain: whether the certificate proves both ends of the row: that its outermost nodes, and their
+              neighbours in the rows beside it, are in contact or free as ``solution.contact`` has it;
+            * undecided: how many nodes of the row the certificate leaves undecided; all if there is no certificate.
 
         Raises
         ------

@@ -16,7 +16,7 @@ from .base import ContactModel, Coordinate
 
 
 class LatticeModel(ContactModel):
-    """A net of tensioned arms on a lattice, stretched over a support.
+    """Nodes on a lattice, joined to their neighbours by tensioned arms, over a support.
 
     Base of `Membrane` and `Cable`, which choose the stiffness of the arms and the load's unit.
 
@@ -82,6 +82,10 @@ class LatticeModel(ContactModel):
         """Ordinate of each node in plan, shape (n,), length."""
         return self.lattice.node_y
 
+    def _take_tension(self, tension: float) -> None:
+        self.stencil = self.stencil.scaled(tension / self.tension)
+        self.tension = tension
+
     def describe(self, node: int) -> str:
         """Name a node by its number and coordinates, for messages: ``node 3 (x=0.5, y=1)``."""
         return self.lattice.describe(node)
@@ -107,7 +111,7 @@ class LatticeModel(ContactModel):
         return np.where(self.stencil.frame_points(), self._heights - self._datum, 0.0)
 
     def _padded(self, heights: Vector) -> Vector:
-        """Return heights of nodes and frame on the net with a ring of frame points about it."""
+        """Return heights of nodes and frame on the lattice's array with a ring of frame points about it."""
         padded = self.stencil.numbering.to_grid(heights, ring=1)
         return padded if self._heights is None else np.where(self.stencil.padded_mask(), padded, self._heights)
 
@@ -128,7 +132,7 @@ class LatticeModel(ContactModel):
         return steepest / self.lattice.spacing
 
     def padded_deflection(self, gap: Vector) -> Vector:
-        """Return w on the net with a ring of frame points about it, shape (rows + 2, columns + 2)."""
+        """Return w on the lattice's array with a ring of frame points about it, shape (rows + 2, columns + 2)."""
         return self._padded(self.deflection(gap))
 
     @property
@@ -173,8 +177,8 @@ class LatticeModel(ContactModel):
     def __repr__(self) -> str:
         unsupported = int(np.count_nonzero(~self.supported))
         note = f", {unsupported} unsupported" if unsupported else ""
-        net = f"{self.lattice.size} nodes, spacing={self.lattice.spacing:g}"
-        return f"{type(self).__name__}({net}, tension={self.tension:g}{note})"
+        nodes = f"{self.lattice.size} nodes, spacing={self.lattice.spacing:g}"
+        return f"{type(self).__name__}({nodes}, tension={self.tension:g}{note})"
 
 
 def _ends(points: Mask, axis: int) -> tuple[Mask, Mask]:

@@ -36,26 +36,28 @@ def spans_of(cable: LatticeModel, ends: tuple[float, float], solution: Answered)
     decided = np.pad(_as_told(solution), 1, constant_values=certificate is not None)
     rows = []
     for one, other in zip(first.tolist(), last.tolist(), strict=True):
-        nodes, touching = slice(one, other + 1), bool(contact[one])
+        nodes, in_contact = slice(one, other + 1), bool(contact[one])
         # Points are counted from the cable's end; a free span goes on to the points beside its nodes.
-        stretch = slice(one + 1, other + 2) if touching else slice(one, other + 3)
+        stretch = slice(one + 1, other + 2) if in_contact else slice(one, other + 3)
         x, w = points[stretch], heights[stretch]
         gap, gap_at = (
-            (np.nan, np.nan) if touching else _largest_gap(solution.gap[nodes], x[1:-1], cable.supported[nodes])
+            (np.nan, np.nan) if in_contact else _largest_gap(solution.gap[nodes], x[1:-1], cable.supported[nodes])
         )
-        bounds = Bracket(np.nan, np.nan) if certificate is None else _sum_between(certificate, nodes)
+        bounds = Bracket(np.nan, np.nan)
+        if certificate is not None:
+            bounds = sum_between(*(bound[nodes] for bound in certificate.reaction))
         rows.append(
             {
-                "kind": "contact" if touching else "free",
+                "kind": "contact" if in_contact else "free",
                 "start": x[0],
                 "end": x[-1],
                 "length": x[-1] - x[0],
                 "nodes": other + 1 - one,
                 "largest_gap": gap,
                 "largest_gap_at": gap_at,
-                "sag": np.nan if touching else _sag(x, w),
+                "sag": np.nan if in_contact else _sag(x, w),
                 "largest_slope": np.abs(np.diff(w)).max() / cable.lattice.spacing if x.size > 1 else np.nan,
-                "reaction": fsum(solution.reaction[nodes]) if touching else 0.0,
+                "reaction": fsum(solution.reaction[nodes]) if in_contact else 0.0,
                 "reaction_lower": bounds.lower,
                 "reaction_upper": bounds.upper,
                 "certain": bool(decided[[one, one + 1, other + 1, other + 2]].all()),
@@ -89,12 +91,6 @@ def _sag(x: Vector, w: Vector) -> float:
     """Return how far a span hangs below the chord of its ends."""
     along = (x - x[0]) / (x[-1] - x[0])
     return float((w - ((1 - along) * w[0] + along * w[-1])).max())
-
-
-def _sum_between(certificate: Enclosed, nodes: slice) -> Bracket:
-    """Return bounds of the sum of the true reactions, rounding included."""
-    lower, upper = (bound[nodes] for bound in certificate.reaction)
-    return sum_between(lower, upper)
 
 
 def _check(cable: LatticeModel, solution: Any) -> None:

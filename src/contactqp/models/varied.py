@@ -11,10 +11,8 @@ import numpy as np
 
 from ..foundation.checks import finite_number, positive_number, read_only, times
 from .base import ContactModel
-from .on_lattice import LatticeModel
 
 Model = TypeVar("Model", bound=ContactModel)
-Net = TypeVar("Net", bound=LatticeModel)
 
 
 def with_load(model: Model, factor: float) -> Model:
@@ -45,13 +43,10 @@ def with_load_of(model: Model, load: Any) -> Model:
     return varied
 
 
-def with_tension(model: Net, tension: float) -> Net:
-    """Return a membrane or a cable under another tension, > 0."""
-    if not isinstance(model, LatticeModel):
-        raise TypeError(f"a tension can be given to a Membrane or a Cable only, not to {model!r}; make another net")
+def with_tension(model: Model, tension: float) -> Model:
+    """Return a membrane or a cable under another tension, > 0; other models raise a TypeError."""
     varied = _copied(model)
-    varied.tension = positive_number(tension, "tension")
-    varied.stencil = model.stencil.scaled(varied.tension / model.tension)
+    varied._take_tension(positive_number(tension, "tension"))
     return varied
 
 

@@ -338,7 +338,7 @@ class Solution:
 
     @property
     def contact_area(self) -> Bracket:
-        """Bracket of the area in contact, Δ² for every node (cable: of the length, Δ for every node)."""
+        """Bracket of the area in contact (cable: of the length), the sum of what its nodes stand for."""
         self._physical("contact_area")
         return self._certified("contact_area").contact_area
 
@@ -385,7 +385,7 @@ class Solution:
 
     @property
     def contact_pressure(self) -> Vector:
-        """ρ = R/Δ² (cable: R/Δ), shape (n,)."""
+        """ρ, the reaction over the area (cable: the length) that its node stands for, shape (n,)."""
         return self.reaction / self._physical("contact_pressure").area_of_node("contact_pressure")
 
     @property
@@ -444,12 +444,12 @@ class Solution:
         return polished
 
     def to_dataset(self) -> xr.Dataset:
-        """Return all fields on the net as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
+        """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
 
         Variables: gap, deflection, support, reaction, contact_pressure, load, gap_lower, gap_upper, reaction_lower,
-        reaction_upper, and contact_state (1 certainly in contact, 0 certainly clear, -1 undecided). Where there is no
-        support, gap and its bounds are infinite. A cable net's has the dim node, with the coordinates x, y and point,
-        and no contact_pressure.
+        reaction_upper, and contact_state (1 certainly in contact with the support, 2 with an upper bound, 0 certainly
+        clear, -1 undecided). Where there is no support, gap and its bounds are infinite. A cable net's has the dim
+        node, with the coordinates x, y and point, and no contact_pressure.
         """
         from ..io.datasets import solution_dataset
 

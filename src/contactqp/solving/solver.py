@@ -50,8 +50,8 @@ class Solver:
     >>> solver = cq.Solver(cq.gallery.paper_hexagon(), "active-set")
     >>> [int(solver.solve(load=load).contact.sum()) for load in (0.01, 0.02, 0.03)]
     [105, 225, 303]
-    >>> solver.solve().contact.sum() == 303  # the subject as it was given
-    True
+    >>> int(solver.solve().contact.sum())  # the subject as it was given, under a load of 0.03
+    303
     """
 
     def __init__(

@@ -17,13 +17,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...foundation.checks import Mask, Vector
 from ..amg.amg import Amg, rows_of
-from ..factors import DIRECT_SIZE, factorised
+from ..factors import DIRECT_SIZE, Solve, factorised
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
+
+_DENSE_SIZE = 50
 
 _SWEEPS = 3
 _JACOBI_SWEEPS = 8
@@ -93,6 +96,8 @@ class ActiveSet:
         self._lower, self._upper = np.ascontiguousarray(lower), np.ascontiguousarray(upper)
         self.omega = np.zeros(q.size)
         self._diagonal = matrix.diagonal()
+        # Of few unknowns a dense matrix is multiplied and solved with in less time than a sparse one is looked at.
+        self._operator = matrix.toarray() if q.size <= _DENSE_SIZE else matrix
         # Where unknowns hang together in lines, a factorisation has no fill.
         self.direct = q.size <= DIRECT_SIZE or int(np.diff(matrix.indptr).max()) <= 3
         self._rows = rows_of(matrix)
@@ -141,7 +146,7 @@ class ActiveSet:
         before = self.omega
         self._relax()
         exchanged = self._take(*self._held())
-        reaction = self.matrix @ self.omega + self.q
+        reaction = self._operator @ self.omega + self.q
         target = self._solve(reaction, self._iterations(exchanged))
         damping = self._move_to(target, reaction)
         moved = float(np.abs(self.omega - before).max())
@@ -178,7 +183,7 @@ class ActiveSet:
 
     def _presses(self) -> bool:
         """Whether no contact node is pulled from its bound by more than rounding errors."""
-        reaction = self.matrix @ self.omega + self.q
+        reaction = self._operator @ self.omega + self.q
         rounding = 8 * _ROUNDING * float((self._diagonal * np.abs(self.omega)).max())
         pressed = np.where(self._at_upper, -reaction, reaction) >= -rounding
         return bool(pressed[~self._free].all())
@@ -190,8 +195,8 @@ class ActiveSet:
         """
         at_bound = np.where(self._at_upper, self._upper, self._lower) if self._upper.size else self._lower
         self.omega = np.where(self._free, self.omega, at_bound)
-        self.omega = self._solve(self.matrix @ self.omega + self.q, _MOST_ITERATIONS)
-        reaction = self.matrix @ self.omega + self.q
+        self.omega = self._solve(self._operator @ self.omega + self.q, _MOST_ITERATIONS)
+        reaction = self._operator @ self.omega + self.q
         leaves = np.where(self._at_upper, reaction > 0, reaction < 0)
         below, above = self._held()
         exchanged = self._take(
@@ -215,7 +220,7 @@ class ActiveSet:
         """Do projected relaxation sweeps: Gauss-Seidel, or damped Jacobi where nothing is to be compiled."""
         if self.direct:
             for _ in range(_JACOBI_SWEEPS):
-                correction = (self.matrix @ self.omega + self.q) / self._diagonal
+                correction = (self._operator @ self.omega + self.q) / self._diagonal
                 self.omega = self.projected(self.omega - _JACOBI_DAMPING * correction)
             return
         from ..amg import sparse_kernels
@@ -230,13 +235,20 @@ class ActiveSet:
         target = self.omega.copy()
         if not chosen.size:
             return target
+        solve = self._solver_of(chosen)
+        target[chosen] -= solve(reaction[chosen])
+        rest = (self._operator @ target + self.q)[chosen]
+        target[chosen] -= solve(rest)
+        return target
+
+    def _solver_of(self, chosen: NDArray[np.intp]) -> Solve:
+        if self.q.size <= _DENSE_SIZE:
+            part = self._operator[np.ix_(chosen, chosen)]
+            return lambda force: np.asarray(np.linalg.solve(part, force))
         solve = factorised(self.matrix[chosen][:, chosen])
         if solve is None:
             raise RuntimeError("the matrix of the free nodes is singular in double precision")
-        target[chosen] -= solve(reaction[chosen])
-        rest = (self.matrix @ target + self.q)[chosen]
-        target[chosen] -= solve(rest)
-        return target
+        return solve
 
     def _solve_iteratively(self, reaction: Vector, iterations: int) -> Vector:
         """Return the same by at most so many preconditioned conjugate gradient iterations; rounding errors end them."""
@@ -257,7 +269,7 @@ class ActiveSet:
             direction *= product / before
             direction += preconditioned
             before = product
-            image = np.where(keep, self.matrix @ direction, 0.0)
+            image = np.where(keep, self._operator @ direction, 0.0)
             curvature = float((direction * image).sum())
             if not curvature > 0:
                 break
@@ -280,7 +292,7 @@ class ActiveSet:
         projected = self.projected(target)
         way = projected - self.omega
         slope = float((way * reaction).sum())
-        curvature = float((way * (self.matrix @ way)).sum())
+        curvature = float((way * (self._operator @ way)).sum())
         if slope + curvature <= 0 or curvature <= 0:
             self.omega = projected
             return 1.0

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...foundation.checks import Mask, Vector
-from ..factors import factorised
+from ..factors import Solve, factorised
 from .aggregation import aggregate
 
 if TYPE_CHECKING:
@@ -202,10 +202,14 @@ def _spectral_radius(matrix: csr_array) -> float:
     return 1.1 * norm
 
 
-def _factorised(matrix: csr_array):  # type: ignore[no-untyped-def]
-    from scipy import linalg
+def _factorised(matrix: csr_array) -> Solve:
+    """Return a function that solves with the coarsest matrix; a LinAlgError where it is not positive definite.
 
-    if matrix.shape[0] > 3 * _COARSEST:
-        return factorised(matrix, pivoting=True)
-    factors = linalg.cho_factor(matrix.toarray())
-    return lambda right: linalg.cho_solve(factors, right, check_finite=False)
+    Dense factors are no faster at this size, and the threads of a LAPACK stall on a busy machine.
+    """
+    from scipy.linalg import LinAlgError
+
+    solve = factorised(matrix, definite=True)
+    if solve is None:
+        raise LinAlgError(f"a coarse matrix of {matrix.shape[0]} unknowns is not positive definite")
+    return solve

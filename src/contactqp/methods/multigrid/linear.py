@@ -33,6 +33,7 @@ def solve_linear(
     Examples
     --------
     >>> import numpy as np
+    >>> from contactqp.algebra.stencil import Stencil
     >>> chain = Stencil(np.ones((1, 3), dtype=bool), 1.0, 0.0)
     >>> solve_linear(chain, np.ones(3)).round(9)
     array([1.5, 2. , 1.5])

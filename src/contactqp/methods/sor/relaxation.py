@@ -19,10 +19,10 @@ _STEADY = 0.3
 _REAL = 0.48
 """Share of 2 - β by which a decay must lie above β - 1 to be taken for real.
 
-By Young's formula β is then raised until 2 - β is 1/√(1 - 0.48²) = 1.14 times that of the factor with the best rate in
-the long run, and no further. That is what a solve wants whose contact set has yet to settle: scanned on the paper's
-hexagon and on bowls, the 2 - β of its fewest sweeps to an error of 1e-6 is 1.0 to 1.12 times that of Young's factor for
-the final free nodes, and 1.1 to 1.6 times for the paper's stopping rules.
+By Young's formula β is then raised no more once 2 - β is below 1/√(1 - 0.48²) = 1.14 times that of the best factor.
+A solve whose contact set has yet to settle is served well by less than the best rate in the long run: scanned on the
+paper's hexagon and on bowls, the 2 - β of its fewest sweeps to an error of 1e-6 is 1.0 to 1.12 times that of Young's
+factor for the final free nodes, and 1.1 to 1.6 times for the paper's stopping rules.
 """
 _DAMPING = 0.75
 _BOLDEST = 0.4
