@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,7 +7,10 @@ from matplotlib.figure import Figure
 from strategies import BACKENDS, altered
 
 import contactqp as cq
+from contactqp.backends import get_backend
 from contactqp.comparison.comparison import Comparison
+from contactqp.comparison.outcome import Outcome
+from contactqp.proof.judge import judge
 from contactqp.testing import assert_backends_agree, assert_complementary
 
 HEXAGON = cq.gallery.paper_hexagon()
@@ -78,18 +82,18 @@ def test_a_disagreement_names_the_culprit_and_what_it_violates():
     assert comparison.to_frame()["relative_true_error"]["psor"] > 1e-3
 
 
+def beside(comparison, **answers):
+    """Return a comparison of the same problem in which some answers are others."""
+    solutions = {name: comparison.solutions[name] for name in comparison.to_frame().index} | answers
+    outcomes = [Outcome(name, solution) for name, solution in solutions.items()]
+    return Comparison(comparison.model or comparison.problem, outcomes, comparison.tolerance)
+
+
 def forged(comparison, name, gap):
     """Replace one answer by another vector, judged as any other."""
-    from dataclasses import replace
-
-    from contactqp.comparison.rows import row_of
-    from contactqp.proof.judge import judge
-
     old = comparison.solutions[name]
-    verdict = judge(old.problem, gap, old.tol)
-    new = replace(old, run=replace(old.run, gap=gap), verdict=verdict)
-    rows = [row_of(new, name) if row.backend == name else row for row in comparison.rows]
-    return Comparison(comparison.problem, comparison.subject, comparison.tol, rows, comparison.solutions | {name: new})
+    new = replace(old, run=replace(old.run, gap=gap), verdict=judge(old.problem, gap, old.tol))
+    return beside(comparison, **{name: new})
 
 
 @pytest.mark.parametrize(("change", "complaint"), [(0.01, "natural residual"), (-0.5, "min gap -0.5")])
@@ -107,12 +111,9 @@ def test_a_forged_answer_is_named(agreeing, change, complaint):
 
 def test_enclosures_that_exclude_each_other_convict_the_odd_one_out(agreeing):
     """Cannot happen with honest certificates, so one is forged."""
-    from dataclasses import replace
-
     old = agreeing.solutions["psor"]
     impossible = replace(old.certificate, lower=old.certificate.lower + 1.0, upper=old.certificate.upper + 1.0)
-    solutions = agreeing.solutions | {"psor": altered(old, certificate=impossible)}
-    wrong = Comparison(agreeing.problem, agreeing.subject, agreeing.tol, agreeing.rows, solutions)
+    wrong = beside(agreeing, psor=altered(old, certificate=impossible))
     assert not wrong.agree
     assert wrong.culprits == {"psor": "excludes the answers of 5 of 5 other backends"}
     assert wrong.truth is None
@@ -276,9 +277,8 @@ def test_the_disagreement_is_drawn_for_every_kind_of_problem(agreeing):
 
 def test_answers_that_are_the_same_have_nothing_to_show(agreeing):
     same = forged(agreeing, "clarabel", agreeing.solutions["osqp"].gap)
-    twins = {name: same.solutions[name] for name in ("osqp", "clarabel")}
-    rows = [row for row in same.rows if row.backend in twins]
-    comparison = Comparison(same.problem, same.subject, same.tol, rows, twins)
+    twins = [Outcome(name, same.solutions[name]) for name in ("osqp", "clarabel")]
+    comparison = Comparison(HEXAGON, twins, same.tolerance)
     assert comparison.spread.max() == 0
     axes = comparison.plot_disagreement().axes[0]
     assert len(axes.texts) == 0
@@ -302,6 +302,8 @@ def test_without_enclosures_agreement_rests_on_the_answers():
     [
         ({"backends": "osqp"}, TypeError, r"write \['osqp'\]"),
         ({"backends": ["osqp", "osqp"]}, ValueError, "must not repeat"),
+        ({"backends": ["osqp", 7]}, TypeError, "backends must hold names and Backends only, got 7"),
+        ({"backends": get_backend("osqp")}, TypeError, "backends must be a sequence of names, got .*Osqp.* alone"),
         ({"backends": ["ossqp"]}, cq.UnknownBackendError, "did you mean 'osqp'"),
         ({"backends": ["osqp"], "options": {"psor": {}}}, ValueError, "options name 'psor'"),
         ({"backends": ["psor"], "options": {"psor": {"bta": 1}}}, TypeError, "no option 'bta'"),
@@ -338,6 +340,25 @@ def test_auto_is_a_name_like_any_other():
         assert_backends_agree(HEXAGON, ["auto", "mangasarian"], tol=1e-15)
     with pytest.raises(TypeError, match="no option 'relaxatoin'"):
         cq.compare(HEXAGON, ["auto"], options={"auto": {"relaxatoin": 1}})
+
+
+def test_a_backend_itself_is_as_good_as_its_name():
+    comparison = cq.compare(HEXAGON, [get_backend("psor"), "clarabel"], options={"psor": {"relaxation": 1.9}})
+    assert list(comparison.solutions) == ["psor", "clarabel"]
+    assert comparison.provenance.options["psor"]["relaxation"] == 1.9
+    assert comparison.agree
+    with pytest.raises(ValueError, match=r"must not repeat, got \['psor', 'psor'\]"):
+        cq.compare(HEXAGON, [get_backend("psor"), "psor"])
+
+
+def test_a_comparison_knows_its_model_even_if_nobody_answered():
+    cable, _ = cq.gallery.cable_on_floor(nodes=9, contact_starts_after=2)
+    matrix = cq.ContactQP(np.eye(2), [1.0, 1.0])
+    for posed, backends in ((cable, []), (HEXAGON, []), (matrix, ["multigrid"])):
+        comparison = cq.compare(posed, backends)
+        assert comparison.best is None
+        assert (comparison.model or comparison.problem) is posed
+        assert comparison.problem is getattr(posed, "problem", posed)
 
 
 def test_timeouts_are_rows():

@@ -173,6 +173,33 @@ def test_bad_options_end_the_run_before_a_test_is_seen(alone, options, message):
     assert "collect" not in result.stdout.str()
 
 
+def test_a_backend_that_cannot_be_imported_is_left_out_unless_it_is_named(alone):
+    record = alone.mkdir("strangers-1.0.dist-info")
+    (record / "METADATA").write_text("Metadata-Version: 2.1\nName: strangers\nVersion: 1.0\n")
+    (record / "entry_points.txt").write_text(
+        "[contactqp.backends]\nbroken = strangers:Broken\nloose = strangers:Loose\n"
+    )
+    alone.makepyfile(
+        strangers="""
+        from contactqp.backends.base import Backend
+
+        class Loose(Backend):
+            name, summary, package = "loose", "takes anything", "numpy"
+
+            def solve(self, problem, task, **options):
+                raise AssertionError
+        """
+    )
+    alone.makepyfile("def test_it(contact_backend): pass")
+    result = alone.runpytest_subprocess("-v")
+    result.assert_outcomes(passed=len(INSTALLED))
+    result = alone.runpytest_subprocess("--contact-backends=broken")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --contact-backends: backend 'broken' * cannot be loaded: AttributeError: *"])
+    result = alone.runpytest_subprocess("--contact-backends=loose")
+    result.stderr.fnmatch_lines(["ERROR: --contact-backends: backend 'loose' must name its options as keywords *"])
+
+
 SAID = "contactqp: *, tol *, backends *"
 
 

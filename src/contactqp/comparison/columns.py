@@ -1,31 +1,92 @@
-"""The columns of a comparison's table, and how each is written."""
+"""The columns of what is shown of a comparison's rows, in the printed table and on the page."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from ..foundation.text import count, number, seconds
 from .rows import Row
 
 
-def run_seconds(row: Row) -> float | None:
+@dataclass(frozen=True)
+class Column:
+    """What is shown of every row under one heading.
+
+    Attributes
+    ----------
+    text : callable
+        Returns what a row shows, ``-`` where the row has nothing.
+    printed : str
+        Heading in the printed table; empty if the column is not in it.
+    group, heading : str
+        Which of `GROUPS` the column belongs to on the page, and its heading there; empty if it is not on the page.
+    words : bool
+        Whether it shows words, which are aligned to the left, and not a number.
+    """
+
+    text: Callable[[Row], str]
+    printed: str = ""
+    group: str = ""
+    heading: str = ""
+    words: bool = False
+
+
+_ERROR, _OPTIMALITY, _CONTACT, _WORK = "Error of the gap", "Optimality conditions", "Contact", "Work and time"
+
+GROUPS = (_ERROR, _OPTIMALITY, _CONTACT, _WORK)
+"""The page has a table for each of these, in this order."""
+
+COLUMNS = (
+    Column(lambda row: row.backend, "backend", words=True),
+    Column(lambda row: row.status.replace("_", " "), "status", _ERROR, "status", words=True),
+    Column(lambda row: _yes_or_no(row.claimed), "", _ERROR, "said to be solved", words=True),
+    Column(lambda row: count(row.iterations), "iterations", _WORK, "iterations"),
+    Column(lambda row: seconds(_first_run_seconds(row)), "seconds"),
+    Column(lambda row: seconds(row.cold_seconds), "", _WORK, "cold (s)"),
+    Column(lambda row: seconds(row.setup_seconds), "", _WORK, "set-up (s)"),
+    Column(lambda row: seconds(row.solve_seconds), "", _WORK, "solve (s)"),
+    Column(lambda row: seconds(row.warm_seconds), "", _WORK, "warm (s)"),
+    Column(lambda row: number(row.relative_bound), "bound/scale", _ERROR, "bound / scale"),
+    Column(lambda row: number(row.relative_true_error), "true error", _ERROR, "true error / scale"),
+    Column(lambda row: number(row.gap_bound), "", _ERROR, "bound"),
+    Column(lambda row: _true_error(row), "", _ERROR, "true error"),
+    Column(lambda row: number(row.min_gap), "min gap"),
+    Column(lambda row: number(row.min_reaction), "min R"),
+    Column(lambda row: number(row.primal_residual), "", _OPTIMALITY, "primal residual"),
+    Column(lambda row: number(row.dual_residual), "", _OPTIMALITY, "dual residual"),
+    Column(lambda row: number(row.complementarity), "gap·R", _OPTIMALITY, "duality gap"),
+    Column(lambda row: number(row.natural_residual), "", _OPTIMALITY, "natural residual"),
+    Column(lambda row: number(row.objective, 8), "", _OPTIMALITY, "objective"),
+    Column(lambda row: count(row.contact), "contact", _CONTACT, "in contact"),
+    Column(lambda row: count(row.undecided), "undecided", _CONTACT, "undecided"),
+    Column(lambda row: number(row.contact_jaccard), "", _CONTACT, "Jaccard distance"),
+    Column(lambda row: number(row.boundary_distance), "", _CONTACT, "boundary distance"),
+)
+"""All columns, in the order of the printed table. Its true error is the upper bound of it, relative as the bound is."""
+
+PRINTED = tuple(column for column in COLUMNS if column.printed)
+
+
+def columns_of(group: str) -> list[Column]:
+    """Return the columns of one of the `GROUPS`."""
+    return [column for column in COLUMNS if column.group == group]
+
+
+def _first_run_seconds(row: Row) -> float | None:
     """Return set-up and iterations of the first run together."""
     if row.setup_seconds is None or row.solve_seconds is None:
         return None
     return row.setup_seconds + row.solve_seconds
 
 
-COLUMNS: dict[str, Callable[[Row], str]] = {
-    "backend": lambda row: row.backend,
-    "status": lambda row: row.status.replace("_", " "),
-    "iterations": lambda row: count(row.iterations),
-    "seconds": lambda row: seconds(run_seconds(row)),
-    "bound/scale": lambda row: number(row.relative_bound),
-    "true error": lambda row: number(row.relative_true_error),
-    "min gap": lambda row: number(row.min_gap),
-    "min R": lambda row: number(row.min_reaction),
-    "gap·R": lambda row: number(row.complementarity),
-    "contact": lambda row: count(row.contact),
-    "undecided": lambda row: count(row.undecided),
-}
-"""The columns of a printed table; the true error is its upper bound, relative as the bound is."""
+def _yes_or_no(value: bool | None) -> str:
+    return "-" if value is None else "yes" if value else "no"
+
+
+def _true_error(row: Row) -> str:
+    """Return the lengths between which the true error lies, or one where they look the same."""
+    if row.true_error_lower is None or row.true_error_upper is None:
+        return "-"
+    low, high = number(row.true_error_lower), number(row.true_error_upper)
+    return low if low == high else f"{low} to {high}"

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any
 
 from ..backends import choose_backend, get_backend, suitable_backends
-from ..errors import MissingBackendError, UnsuitableProblemError
-from ..foundation.checks import integer_at_least, positive_number
+from ..backends.base import Backend
+from ..errors import UnknownBackendError
+from ..foundation.checks import integer_at_least
 from ..models.base import ContactModel, split
 from ..problem.contact_qp import ContactQP
+from ..solving.choice import chosen_backend
+from ..solving.request import Request
 from ..solving.solution import Solution
-from ..solving.solve import solve
-from ..solving.tolerances import Tolerance, tolerance_of
 from .comparison import Comparison
+from .outcome import Outcome, Refusal
 from .provenance import Provenance, machine, versions_of
-from .rows import Row, row_of
-
-if TYPE_CHECKING:
-    from ..backends.base import Backend
 
 
 def compare(
     problem: ContactQP | ContactModel,
-    backends: Sequence[str] | None = None,
+    backends: Sequence[str | Backend] | None = None,
     *,
     tol: float | str = 1e-6,
     max_iter: int | None = None,
@@ -33,14 +32,15 @@ def compare(
 ) -> Comparison:
     """Solve one problem with several backends and cross-check the answers.
 
-    A backend that is missing, unsuitable, fails or times out is a row of the result, never an exception.
+    A backend that is missing, cannot be imported, is unsuitable, fails or times out is a row of the result, never an
+    exception.
 
     Parameters
     ----------
     problem : Membrane, Cable, CableNet or ContactQP
         What to solve.
-    backends : sequence of str, optional
-        Names, see `backend_names`; by default the package's own whose methods suit the problem.
+    backends : sequence of str or Backend, optional
+        Names, see `backend_names`, or backends themselves; by default the package's own whose methods suit the problem.
     tol : float or str
         As for `solve`, for every backend: a number, or "low", "mid", "high" or "default".
     max_iter : int, optional
@@ -48,7 +48,7 @@ def compare(
     time_limit : float, optional
         Seconds for each backend.
     options : mapping of str to mapping, optional
-        Options of a backend, by its name.
+        Options of a backend, by its name. Those of a backend that cannot be imported are not checked.
     repeats : int
         Runs of each backend after the first, for `Row.warm_seconds`.
 
@@ -61,7 +61,7 @@ def compare(
     UnknownBackendError
         If there is no backend of a given name.
     TypeError, ValueError
-        If an argument has the wrong kind or range, or a backend is named twice.
+        If an argument has the wrong kind or range, an option is not the backend's, or a backend is named twice.
 
     Examples
     --------
@@ -72,68 +72,84 @@ def compare(
     >>> comparison.to_frame()["contact"].tolist()
     [303, 303]
     """
-    if isinstance(backends, str):
-        raise TypeError(f"backends must be a sequence of names, got the string {backends!r}; write [{backends!r}]")
     _, algebra = split(problem)
-    names = suitable_backends(algebra) if backends is None else list(backends)
-    if len(set(names)) != len(names):
-        raise ValueError(f"backends must not repeat, got {names}")
-    options = dict(options or {})
-    stray = sorted(set(options) - set(names))
+    asked = _by_name(suitable_backends(algebra) if backends is None else backends)
+    given = dict(options or {})
+    stray = sorted(set(given) - set(asked))
     if stray:
-        raise ValueError(f"options name {', '.join(map(repr, stray))}, which is not among the backends {names}")
-    wanted = tolerance_of(tol)
+        raise ValueError(f"options name {', '.join(map(repr, stray))}, which is not among the backends {list(asked)}")
+    request = Request.of(tol, max_iter, time_limit)
+    requests = {name: replace(request, options=dict(given.get(name, {}))) for name in asked}
     repeats = integer_at_least(repeats, 0, "repeats")
-    if max_iter is not None:
-        max_iter = integer_at_least(max_iter, 1, "max_iter")
-    if time_limit is not None:
-        time_limit = positive_number(time_limit, "time_limit")
-    chosen = {name: choose_backend(algebra)[0] if name == "auto" else name for name in names}
-    for name in names:
-        get_backend(chosen[name]).check_options(options.get(name, {}))
-    provenance = Provenance(
-        max_iter=max_iter,
-        time_limit=time_limit,
-        repeats=repeats,
-        options={name: _in_effect(get_backend(chosen[name]), wanted) | dict(options.get(name, {})) for name in names},
-        versions=versions_of(chosen.values()),
-        machine=machine(),
-    )
-    if names:
+    found = {name: _found(backend, algebra) for name, backend in asked.items()}
+    known = {name: method for name, method in found.items() if isinstance(method, Backend)}
+    for name, method in known.items():
+        method.check_options(requests[name].options)
+    provenance = _provenance(known, requests, request, repeats)
+    if known:
         # What the judge prepares once for a problem would otherwise be counted as the first backend's.
         algebra.prepare()
-    rows: list[Row] = []
-    solutions: dict[str, Solution] = {}
-    limits = {"tol": tol, "max_iter": max_iter, "time_limit": time_limit}
-    for name in names:
-        first = _attempt(problem, name, limits, options.get(name, {}))
-        if not isinstance(first, Solution):
-            rows.append(first)
+    outcomes = []
+    for name, had in found.items():
+        if isinstance(had, Refusal):
+            outcomes.append(Outcome(name, had))
             continue
-        again = [_attempt(problem, name, limits, options.get(name, {})) for _ in range(repeats)]
+        first, *again = (_attempt(problem, asked[name], requests[name]) for _ in range(1 + repeats))
         warm = min((run.seconds for run in again if isinstance(run, Solution)), default=None)
-        solutions[name] = first
-        rows.append(row_of(first, name, warm))
-    return Comparison(
-        algebra, repr(problem), wanted.tol, rows, solutions, setting=wanted.setting, provenance=provenance
-    )
+        outcomes.append(Outcome(name, first, warm))
+    return Comparison(problem, outcomes, request.tolerance, provenance)
 
 
-def _in_effect(backend: Backend, wanted: Tolerance) -> dict[str, Any]:
-    """Return the options that a backend has by default; with a library's own, those are not known here."""
-    return {} if wanted.own_defaults and backend.has_own_defaults else backend.options()
+def _by_name(backends: Sequence[str | Backend]) -> dict[str, str | Backend]:
+    """Return what was asked for, by its names."""
+    if isinstance(backends, (str, Backend)):
+        raise TypeError(f"backends must be a sequence of names, got {backends!r} alone; write [{backends!r}]")
+    names = [backend.name if isinstance(backend, Backend) else backend for backend in backends]
+    for name in names:
+        if not isinstance(name, str):
+            raise TypeError(f"backends must hold names and Backends only, got {name!r}")
+    if len(set(names)) != len(names):
+        raise ValueError(f"backends must not repeat, got {names}")
+    return dict(zip(names, backends, strict=True))
 
 
-def _attempt(
-    problem: ContactQP | ContactModel, name: str, limits: Mapping[str, Any], options: Mapping[str, Any]
-) -> Solution | Row:
+def _found(backend: str | Backend, problem: ContactQP) -> Backend | Refusal:
+    """Return the backend of a name, or why it cannot be had; an unknown name is the caller's error."""
     try:
-        return solve(problem, name, on_failure="ignore", **limits, **options)
-    except MissingBackendError as error:
-        return Row(name, "missing", str(error))
-    except UnsuitableProblemError as error:
-        return Row(name, "unsuitable", str(error))
+        return get_backend(choose_backend(problem)[0] if backend == "auto" else backend)
+    except (UnknownBackendError, KeyboardInterrupt):
+        raise
+    except BaseException as error:  # what another distribution runs when it is loaded may raise anything
+        return Refusal.by(error)
+
+
+def _attempt(subject: ContactQP | ContactModel, backend: str | Backend, request: Request) -> Solution | Refusal:
+    """Return a backend's answer, or the refusal that an error on the way stands for."""
+    try:
+        method, note = chosen_backend(backend, split(subject)[1], request.options)
+        return Solution.by(method, subject, request, note=note)
     except (KeyboardInterrupt, SystemExit):
         raise
     except BaseException as error:  # whatever a library throws, a panic of compiled code too, is a finding about it
-        return Row(name, "error", f"{type(error).__name__}: {error}")
+        return Refusal.by(error)
+
+
+def _provenance(
+    backends: Mapping[str, Backend], requests: Mapping[str, Request], request: Request, repeats: int
+) -> Provenance:
+    """Return what the answers of some backends are asked for and made with."""
+    own = request.tolerance.own_defaults
+    shipped = [name for name, backend in backends.items() if own and backend.has_own_defaults]
+    options = {
+        name: ({} if name in shipped else backend.options()) | dict(requests[name].options)
+        for name, backend in backends.items()
+    }
+    return Provenance(
+        max_iter=request.max_iter,
+        time_limit=request.time_limit,
+        repeats=repeats,
+        options=options,
+        own_defaults=tuple(shipped),
+        versions=versions_of(backend.package for backend in backends.values()),
+        machine=machine(),
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from io import BytesIO
 from pathlib import Path
@@ -11,15 +11,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..backends import get_backend
 from ..foundation.files import replaced_as_a_whole, require_folder
-from ..foundation.text import count, number, seconds, shortened
-from .rows import Row
+from ..foundation.text import number, shortened
+from .columns import GROUPS, PRINTED, Column, columns_of
+from .compared import Compared
+from .disagreement import worst_nodes
+from .pictures import plot_comparison, plot_disagreement
+from .text import asked_for, closing_lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .comparison import Comparison
 
 _STYLE = """
 body { margin: 0; background: #fff; color: #22333b; font: 16px/1.5 system-ui, sans-serif; }
@@ -56,35 +58,35 @@ figcaption { font-size: 0.9rem; color: #4a5b63; }
 }
 """
 
+_WORST_SHOWN = 10
+"""Largest number of nodes in the table of those where answers lie farthest apart."""
+
 # Even a browser that is online must not ask for anything.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
-Column = tuple[str, Callable[[Row], str], bool]
-"""Heading, text of a row, and whether it is a number."""
 
-
-def write_report(comparison: Comparison, path: Path, title: str = "") -> Path:
+def write_report(compared: Compared, path: Path, title: str = "") -> Path:
     """Write the page and return its path; a page that was there is replaced when the new one is complete."""
     require_folder(path, "report")
-    page = report_html(comparison, title)
+    page = report_html(compared, title)
     with replaced_as_a_whole(path) as unfinished:
         unfinished.write_text(page, encoding="utf-8")
     return path
 
 
-def report_html(comparison: Comparison, title: str = "") -> str:
+def report_html(compared: Compared, title: str = "") -> str:
     """Return the page as text."""
-    headline = title or comparison.subject
+    headline = title or compared.subject
     sections = [
-        _heading(comparison, headline),
-        _metrics(comparison),
-        _truth(comparison),
-        _findings(comparison),
-        _pairs(comparison),
-        _pictures(comparison),
-        _worst_nodes(comparison),
-        _settings(comparison),
-        _surroundings(comparison),
+        _heading(compared, headline),
+        _metrics(compared),
+        _truth(compared),
+        _findings(compared),
+        _pairs(compared),
+        _pictures(compared),
+        _worst_nodes(compared),
+        _settings(compared),
+        _surroundings(compared),
     ]
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -95,35 +97,55 @@ def report_html(comparison: Comparison, title: str = "") -> str:
     )
 
 
-def _heading(comparison: Comparison, headline: str) -> str:
-    state = "verdict good" if comparison.agree else "verdict"
+def _heading(compared: Compared, headline: str) -> str:
+    state = "verdict good" if compared.conclusion.agree else "verdict"
     asked = (
-        f"{comparison.subject}; wanted: the gap's error within {comparison.tolerance} of the gap scale "
-        f"{comparison.problem.gap_scale:.3g}"
+        f"{compared.subject}; wanted: the gap's error within {compared.tolerance} of the gap scale "
+        f"{compared.answers.problem.gap_scale:.3g}"
     )
     return (
-        f"<h1>{escape(headline)}</h1>\n<p>{escape(asked)}; run on {_date(comparison)}.</p>\n"
-        f'<p class="{state}">{escape(comparison.verdict())}</p>\n'
+        f"<h1>{escape(headline)}</h1>\n<p>{escape(asked)}; run on {_date(compared)}.</p>\n"
+        f'<p class="{state}">{escape(compared.conclusion.sentence)}</p>\n'
     )
 
 
-def _date(comparison: Comparison) -> str:
-    return comparison.provenance.when.strftime("%Y-%m-%d, %H:%M:%S %z").strip()
+def _date(compared: Compared) -> str:
+    return compared.provenance.when.strftime("%Y-%m-%d, %H:%M:%S %z").strip()
 
 
-def _metrics(comparison: Comparison) -> str:
-    groups = [table_of_rows(comparison, caption, columns) for caption, columns in _GROUPS.items()]
+def _metrics(compared: Compared) -> str:
+    groups = [
+        _table_of_rows(compared, group, {column.heading: column for column in columns_of(group)}) for group in GROUPS
+    ]
     legend = "".join(f"<dt>{escape(term)}</dt><dd>{escape(meaning)}</dd>\n" for term, meaning in _LEGEND.items())
     return f"<h2>What each backend reached</h2>\n{''.join(groups)}<dl>\n{legend}</dl>\n"
 
 
-def table_of_rows(comparison: Comparison, caption: str, columns: Sequence[Column]) -> str:
-    """Return a table with a line for each backend, those that are not good enough marked."""
-    headings = [("backend", False), *((heading, numeric) for heading, _, numeric in columns)]
+def notebook_table(compared: Compared) -> str:
+    """Return the printed table as one of HTML, remarks and verdict below it."""
+    columns = {column.printed: column for column in PRINTED if column.printed != _ROW_HEADING}
+    table = _table_of_rows(compared, f"{compared.subject}, {asked_for(compared)}", columns)
+    return table + "".join(f"<p>{escape(line)}</p>\n" for line in closing_lines(compared))
+
+
+_ROW_HEADING = "backend"
+
+
+def _table_of_rows(compared: Compared, caption: str, columns: Mapping[str, Column]) -> str:
+    """Return a table with a line for each backend, those that are not good enough marked.
+
+    Parameters
+    ----------
+    compared : Compared
+    caption : str
+    columns : mapping of str to Column
+        By heading; the backends' names stand in front of them.
+    """
+    headings = [(_ROW_HEADING, False), *((heading, not column.words) for heading, column in columns.items())]
     body = []
-    for row in comparison.rows:
+    for row in compared.rows:
         cells = [f'<th scope="row"{"" if row.ok else _BAD}>{escape(row.backend)}</th>']
-        cells += [_cell(text(row), numeric) for _, text, numeric in columns]
+        cells += [_cell(column.text(row), not column.words) for column in columns.values()]
         body.append(f"<tr>{''.join(cells)}</tr>\n")
     return _table(caption, headings, body)
 
@@ -157,29 +179,30 @@ def _facts(caption: str, facts: Mapping[str, str]) -> str:
     return _table(caption, [("what", False), ("value", False)], body)
 
 
-def _truth(comparison: Comparison) -> str:
-    truth, scale = comparison.truth, comparison.problem.gap_scale
-    certified = sum(solution.certificate is not None for solution in comparison.solutions.values())
+def _truth(compared: Compared) -> str:
+    answers = compared.answers
+    truth, scale, certified = answers.truth, answers.problem.gap_scale, len(answers.certificates)
     if truth is None:
         why = "they contradict each other" if certified else "there is none: no answer has a certificate"
         text = f"The exact solution is not enclosed by the answers' certificates: {why}."
     else:
-        decided = comparison.decided
+        decided = answers.decided
         of_scale = f" ({truth.width / scale:.2g} of the gap scale)" if scale > 0 else ""
         text = (
             f"The exact solution of the discrete problem lies in the intersection of {certified} "
             f"enclosure{'' if certified == 1 else 's'}. At its widest node it is {truth.width:.2g} (length) "
-            f"wide{of_scale}. Of {comparison.problem.size} nodes {decided['contact']} are certainly in contact, "
+            f"wide{of_scale}. Of {answers.problem.size} nodes {decided['contact']} are certainly in contact, "
             f"{decided['clear']} certainly clear, and {decided['undecided']} undecided."
         )
     return f"<h2>Where the truth lies</h2>\n<p>{escape(text)}</p>\n"
 
 
-def _findings(comparison: Comparison) -> str:
-    claims = [f"{name} {sentence}" for name, sentence in comparison.false_claims.items()]
+def _findings(compared: Compared) -> str:
+    conclusion = compared.conclusion
+    claims = [f"{name} {sentence}" for name, sentence in conclusion.false_claims.items()]
     return (
         "<h2>Findings and false claims</h2>\n"
-        f"<h3>Findings ({len(comparison.findings)})</h3>\n{_list(comparison.findings)}"
+        f"<h3>Findings ({len(conclusion.findings)})</h3>\n{_list(conclusion.findings)}"
         f"<h3>Said to be solved, and is not ({len(claims)})</h3>\n{_list(claims)}"
     )
 
@@ -190,8 +213,8 @@ def _list(sentences: Sequence[str]) -> str:
     return "<ul>\n" + "".join(f"<li>{escape(sentence)}</li>\n" for sentence in sentences) + "</ul>\n"
 
 
-def _pairs(comparison: Comparison) -> str:
-    if not comparison.pairs:
+def _pairs(compared: Compared) -> str:
+    if not compared.pairs:
         return "<h2>Pairs</h2>\n<p>There are no two answers to compare.</p>\n"
     headings = [
         ("first", False), ("second", False), ("largest difference of gaps", True), ("contact Jaccard distance", True),
@@ -209,28 +232,29 @@ def _pairs(comparison: Comparison) -> str:
                 ("compatible" if pair.consistent else "exclude each other", False),
             ]
         )
-        for pair in comparison.pairs
+        for pair in compared.pairs
     ]
     return "<h2>Pairs</h2>\n" + _table("How every two answers differ", headings, body)
 
 
-def _pictures(comparison: Comparison) -> str:
-    best = comparison.best
+def _pictures(compared: Compared) -> str:
+    answers = compared.answers
+    best = answers.best
     if best is None:
         return ""
     touching = int(best.contact.sum())
     found = _figure(
-        comparison.plot(),
+        plot_comparison(compared),
         f"The best answer, by {best.backend}, with {touching} of {best.problem.size} nodes in contact; beside it bars "
-        f"of each backend's certified error and seconds. {comparison.verdict()}",
+        f"of each backend's certified error and seconds. {compared.conclusion.sentence}",
         "The best answer, and what each backend reached in what time",
         "both",
     )
-    if len(comparison.usable) > 1:
+    if len(answers.finite) > 1:
         found += _figure(
-            comparison.plot_disagreement(),
+            plot_disagreement(compared),
             "Difference between the largest and the smallest gap of all answers at each node; "
-            f"its maximum is {comparison.spread.max():.2g}",
+            f"its maximum is {answers.spread.max():.2g}",
             "How far the answers lie apart; the numbers are the ranks in the next table",
             "map",
         )
@@ -248,8 +272,8 @@ def _figure(figure: Figure, alternative: str, caption: str, kind: str) -> str:
     )
 
 
-def _worst_nodes(comparison: Comparison) -> str:
-    frame = comparison.worst_nodes()
+def _worst_nodes(compared: Compared) -> str:
+    frame = worst_nodes(compared.answers, _WORST_SHOWN)
     if frame.empty:
         return ""
     headings = [
@@ -289,23 +313,23 @@ def _known(value: float, digits: int) -> str:
     return "-" if np.isnan(value) else f"{value:.{digits}g}"
 
 
-def _settings(comparison: Comparison) -> str:
-    provenance = comparison.provenance
+def _settings(compared: Compared) -> str:
+    provenance = compared.provenance
     limits = {
-        "tolerance": f"{comparison.tolerance} of the gap scale",
+        "tolerance": f"{compared.tolerance} of the gap scale",
         "iterations": "each backend's own limit" if provenance.max_iter is None else f"at most {provenance.max_iter}",
         "time": "no limit" if provenance.time_limit is None else f"at most {provenance.time_limit:g} s each",
         "runs": f"one, and {provenance.repeats} more for the warm time" if provenance.repeats else "one",
     }
     headings = [("backend", False), ("options in effect", False), ("its own words at the end", False)]
     body = []
-    for row in comparison.rows:
+    for row in compared.rows:
         chosen = provenance.options.get(row.backend, {})
         options = ", ".join(f"{name} = {shortened(value)}" for name, value in chosen.items())
-        if comparison.setting == "default" and _has_own_defaults(comparison, row.backend):
+        if row.backend in provenance.own_defaults:
             options = f"the library's own defaults{'; given: ' if options else ''}{options}"
-        note = comparison.solutions[row.backend].note if row.backend in comparison.solutions else ""
-        words = "; ".join(part for part in (row.message, note) if part)
+        solution = compared.answers.solutions.get(row.backend)
+        words = "; ".join(part for part in (row.message, "" if solution is None else solution.note) if part)
         body.append(_line([(row.backend, False), (options or "none", False), (words, False)]))
     return (
         "<h2>Settings</h2>\n"
@@ -314,61 +338,14 @@ def _settings(comparison: Comparison) -> str:
     )
 
 
-def _has_own_defaults(comparison: Comparison, name: str) -> bool:
-    called = comparison.solutions[name].backend if name in comparison.solutions else name
-    return called != "auto" and get_backend(called).has_own_defaults
-
-
-def _surroundings(comparison: Comparison) -> str:
-    provenance = comparison.provenance
+def _surroundings(compared: Compared) -> str:
+    provenance = compared.provenance
     return (
         "<h2>Versions and machine</h2>\n"
         + _facts("Versions", provenance.versions)
-        + _facts("Machine", {**provenance.machine, "date and time": _date(comparison)})
+        + _facts("Machine", {**provenance.machine, "date and time": _date(compared)})
     )
 
-
-def _claim(row: Row) -> str:
-    return "-" if row.claimed is None else "yes" if row.claimed else "no"
-
-
-def _between(row: Row) -> str:
-    if row.true_error_lower is None or row.true_error_upper is None:
-        return "-"
-    low, high = number(row.true_error_lower), number(row.true_error_upper)
-    return low if low == high else f"{low} to {high}"
-
-
-_GROUPS: dict[str, list[Column]] = {
-    "Error of the gap": [
-        ("status", lambda row: row.status.replace("_", " "), False),
-        ("said to be solved", _claim, False),
-        ("bound / scale", lambda row: number(row.relative_bound), True),
-        ("true error / scale", lambda row: number(row.relative_true_error), True),
-        ("bound", lambda row: number(row.gap_bound), True),
-        ("true error", _between, True),
-    ],
-    "Optimality conditions": [
-        ("primal residual", lambda row: number(row.primal_residual), True),
-        ("dual residual", lambda row: number(row.dual_residual), True),
-        ("duality gap", lambda row: number(row.complementarity), True),
-        ("natural residual", lambda row: number(row.natural_residual), True),
-        ("objective", lambda row: number(row.objective, 8), True),
-    ],
-    "Contact": [
-        ("in contact", lambda row: count(row.contact), True),
-        ("undecided", lambda row: count(row.undecided), True),
-        ("Jaccard distance", lambda row: number(row.contact_jaccard), True),
-        ("boundary distance", lambda row: number(row.boundary_distance), True),
-    ],
-    "Work and time": [
-        ("iterations", lambda row: count(row.iterations), True),
-        ("cold (s)", lambda row: seconds(row.cold_seconds), True),
-        ("set-up (s)", lambda row: seconds(row.setup_seconds), True),
-        ("solve (s)", lambda row: seconds(row.solve_seconds), True),
-        ("warm (s)", lambda row: seconds(row.warm_seconds), True),
-    ],
-}
 
 _LEGEND: dict[str, str] = {
     "bound": "Proven upper bound of max |ω − ω*| (length), from the answer's own certificate.",

@@ -5,18 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..foundation.checks import Vector
 from ..models.records import subject_of
 from ..plotting.style import BLUE, CONTACT, GROUND, INK, head, new_figure, tidy, two_halves
 from ..plotting.views import NodePlaces, draw_answer, values_figure
+from .answers import Answers
+from .compared import Compared
+from .disagreement import worst_nodes
+from .pairs import differing_nodes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from .comparison import Comparison
 
 _DECADES = 6
 """Differences smaller than the largest by so many powers of ten are drawn alike."""
@@ -28,46 +30,47 @@ _LEAST_DRAWN = 1e-290
 """Logarithmic axes fail at the edge of the range of numbers."""
 
 
-def plot_comparison(comparison: Comparison) -> Figure:
+def plot_comparison(compared: Compared) -> Figure:
     """Draw the best answer's contact map or section, and for each backend its bound and its time."""
-    best = comparison.best
+    best, conclusion = compared.answers.best, compared.conclusion
     if best is None:
-        raise ValueError(f"there is nothing to draw: no backend returned an answer ({comparison.verdict()})")
+        raise ValueError(f"there is nothing to draw: no backend returned an answer ({conclusion.sentence})")
     figure = new_figure(12.5, 5.8)
     left, right = two_halves(figure)
     places = draw_answer(subject_of(best), left, best)
     if places is not None:
-        _mark_differences(places, comparison)
+        _mark_differences(places, compared)
     above, below = right.subplots(2, 1, sharey=True)
-    _draw_bars(above, below, comparison)
-    verdict = "all agree" if comparison.agree else "no agreement: " + ", ".join(comparison.culprits)
-    title = f"{len(comparison.rows)} backends, {best.problem.size} nodes, {verdict}"
+    _draw_bars(above, below, compared)
+    verdict = "all agree" if conclusion.agree else "no agreement: " + ", ".join(conclusion.culprits)
+    title = f"{len(compared.rows)} backends, {best.problem.size} nodes, {verdict}"
     head(figure, title)
     return figure
 
 
-def _mark_differences(places: NodePlaces, comparison: Comparison) -> None:
-    differing = _differing_nodes(comparison)
+def _mark_differences(places: NodePlaces, compared: Compared) -> None:
+    differing = differing_nodes(compared.pairs)
     if differing.size:
         x, y = places.x[differing], places.y[differing]
         places.axes.scatter(x, y, s=26, facecolors="none", edgecolors="black")
         places.axes.set_title(f"Contact map; backends differ at {differing.size} circled nodes")
 
 
-def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
-    rows = comparison.rows
+def _draw_bars(above: Axes, below: Axes, compared: Compared) -> None:
+    rows = compared.rows
     position = np.arange(len(rows))
     names = [row.backend for row in rows]
     bounds = [
         row.relative_bound if row.relative_bound is not None and np.isfinite(row.relative_bound) else np.nan
         for row in rows
     ]
-    colours = [BLUE if row.status in ("certified", "solved") else CONTACT for row in rows]
+    colours = [BLUE if row.ok else CONTACT for row in rows]
     errors = [(row.relative_true_error, k) for k, row in enumerate(rows) if row.relative_true_error is not None]
     errors = [(error, k) for error, k in errors if np.isfinite(error) and error > _LEAST_DRAWN]
-    floor = min([*(b for b in bounds if b > _LEAST_DRAWN), *(error for error, _ in errors), comparison.tol]) / 10
+    tol = compared.tolerance.tol
+    floor = min([*(b for b in bounds if b > _LEAST_DRAWN), *(error for error, _ in errors), tol]) / 10
     above.barh(position, np.maximum(np.array(bounds) - floor, 0.0), left=floor, color=colours, height=0.6)
-    above.axvline(comparison.tol, color=INK, lw=1, ls="--")
+    above.axvline(tol, color=INK, lw=1, ls="--")
     above.plot([error for error, _ in errors], [k for _, k in errors], "D", color=INK, ms=4)
     above.set(
         xscale="log",
@@ -82,7 +85,7 @@ def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
     start = min(finite) / 3 if finite else 1e-3
     below.barh(position, np.array(seconds) - start, left=start, color=GROUND, height=0.6)
     for k, row in enumerate(rows):
-        text = row.status if row.iterations is None else _counted(comparison, row.backend, row.iterations)
+        text = row.status if row.iterations is None else _counted(compared, row.backend, row.iterations)
         below.annotate(
             f" {text}", (seconds[k] if seconds[k] > 0 else start, k), va="center", fontsize="small", color=INK
         )
@@ -92,44 +95,45 @@ def _draw_bars(above: Axes, below: Axes, comparison: Comparison) -> None:
         tidy(axes)
 
 
-def _counted(comparison: Comparison, backend: str, iterations: int) -> str:
-    unit = comparison.solutions[backend].iteration_unit
+def _counted(compared: Compared, backend: str, iterations: int) -> str:
+    unit = compared.answers.solutions[backend].iteration_unit
     return f"{iterations} {unit}{'' if iterations == 1 else 's'}"
 
 
-def plot_disagreement(comparison: Comparison) -> Figure:
+def plot_disagreement(compared: Compared) -> Figure:
     """Draw the largest less the smallest gap at every node: a map, along a cable, or sorted for a bare matrix."""
-    if len(comparison.usable) < 2:
+    answers = compared.answers
+    if len(answers.finite) < 2:
         raise ValueError(
-            f"a disagreement needs two answers, and there are {len(comparison.usable)} ({comparison.verdict()})"
+            f"a disagreement needs two answers, and there are {len(answers.finite)} ({compared.conclusion.sentence})"
         )
-    spread = comparison.spread
-    rounding = float(np.finfo(np.float64).eps) * comparison.problem.gap_scale
+    spread = answers.spread
+    rounding = float(np.finfo(np.float64).eps) * answers.problem.gap_scale
     floor = max(float(spread.max()) * 10.0**-_DECADES, rounding, _LEAST_DRAWN)
-    figure, places = values_figure(subject_of(comparison), spread, floor, "difference of gaps (length)")
+    figure, places = values_figure(subject_of(answers), spread, floor, "difference of gaps (length)")
     if places is not None:
-        _mark_worst(places, comparison)
-    names = ", ".join(comparison.usable)
-    head(figure, f"Largest less smallest gap of {len(comparison.usable)} answers ({names})")
+        _mark_worst(places, compared)
+    names = ", ".join(answers.finite)
+    head(figure, f"Largest less smallest gap of {len(answers.finite)} answers ({names})")
     return figure
 
 
-def _mark_worst(places: NodePlaces, comparison: Comparison) -> None:
+def _mark_worst(places: NodePlaces, compared: Compared) -> None:
     """Circle the nodes whose contact differs, and number the worst ones."""
     axes, x, y, apart, ring = places
-    differing = _differing_nodes(comparison)
+    differing = differing_nodes(compared.pairs)
     if differing.size:
         axes.scatter(x[differing], y[differing], s=ring, facecolors="none", edgecolors=CONTACT, linewidths=1.1)
-    _number_worst(axes, comparison, x, y, apart)
+    _number_worst(axes, compared.answers, x, y, apart)
     axes.set_title(_caption(differing.size), fontsize="medium")
 
 
-def _number_worst(axes: Axes, comparison: Comparison, x: Vector, y: Vector, apart: float) -> None:
+def _number_worst(axes: Axes, answers: Answers, x: Vector, y: Vector, apart: float) -> None:
     """Write the rank beside the worst nodes, except those too near to one that has its number."""
     placed: list[tuple[float, float]] = []
-    for rank, node in enumerate(comparison.worst_nodes(_NUMBERED)["node"], start=1):
+    for rank, node in enumerate(worst_nodes(answers, _NUMBERED)["node"], start=1):
         here = float(x[node]), float(y[node])
-        if comparison.spread[node] == 0 or any(np.hypot(here[0] - a, here[1] - b) < apart for a, b in placed):
+        if answers.spread[node] == 0 or any(np.hypot(here[0] - a, here[1] - b) < apart for a, b in placed):
             continue
         placed.append(here)
         axes.annotate(
@@ -142,12 +146,6 @@ def _number_worst(axes: Axes, comparison: Comparison, x: Vector, y: Vector, apar
             bbox={"boxstyle": "circle,pad=0.15", "facecolor": "white", "edgecolor": INK, "linewidth": 0.6},
             arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.8},
         )
-
-
-def _differing_nodes(comparison: Comparison) -> NDArray[np.int64]:
-    """Return the nodes that some backends have in contact and others do not."""
-    nodes = [pair.differing_nodes for pair in comparison.pairs]
-    return np.unique(np.concatenate(nodes)) if nodes else np.array([], dtype=np.int64)
 
 
 def _caption(differing: int) -> str:

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
-from ..backends import get_backend
 from ..foundation.text import shortened
 
 _LIBRARIES = ("numpy", "scipy", "numba")
@@ -29,7 +28,9 @@ class Provenance:
     repeats : int
         Runs of each backend after the first.
     options : mapping of str to mapping
-        By backend, the options in effect; with the libraries' own defaults those that were given.
+        By backend, the options in effect; of ``own_defaults`` those that were given.
+    own_defaults : tuple of str
+        Backends whose library ran with its own default settings.
     versions : mapping of str to str
         Of contactqp, Python and the libraries that were called.
     machine : mapping of str to str
@@ -41,6 +42,7 @@ class Provenance:
     time_limit: float | None = None
     repeats: int = 0
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    own_defaults: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
     machine: Mapping[str, str] = field(default_factory=dict)
     when: datetime = field(default_factory=lambda: datetime.now().astimezone())
@@ -56,19 +58,19 @@ class Provenance:
                 name: {key: value if isinstance(value, plain) else shortened(value) for key, value in chosen.items()}
                 for name, chosen in self.options.items()
             },
+            "own_defaults": list(self.own_defaults),
             "versions": dict(self.versions),
             "machine": dict(self.machine),
             "when": self.when.isoformat(timespec="seconds"),
         }
 
 
-def versions_of(backends: Iterable[str]) -> dict[str, str]:
-    """Return the versions of the package, Python, the numerical libraries and those behind the named backends."""
+def versions_of(packages: Iterable[str]) -> dict[str, str]:
+    """Return the versions of contactqp, Python, the numerical libraries and other packages."""
     from importlib import metadata
 
-    packages = dict.fromkeys([*_LIBRARIES, *(get_backend(name).package for name in backends)])
     found = {"contactqp": __version__, "Python": platform.python_version()}
-    for package in packages:
+    for package in dict.fromkeys([*_LIBRARIES, *packages]):
         try:
             found[package] = metadata.version(package)
         except metadata.PackageNotFoundError:

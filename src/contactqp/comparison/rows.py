@@ -1,4 +1,4 @@
-"""One backend's line in a comparison, one pair of backends, and their numbers as text."""
+"""Row: one backend's line in a comparison."""
 
 from __future__ import annotations
 
@@ -7,18 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from ..proof.status import Status
 from ..solving.solution import Solution
+from .answers import Answers
+from .outcome import Outcome, Refusal
 
 
 @dataclass(frozen=True)
 class Row:
-    """What one backend achieved; a backend that could not run has ``message`` and no solution.
+    """What one backend achieved. A backend that returned nothing has a `status` and a ``message`` only.
 
     Attributes
     ----------
     backend : str
     status : str
-        A `Status`, ``"missing"`` (library not installed), ``"unsuitable"`` (the method does not apply) or ``"error"``.
+        A `Status`, or that of a `Refusal`: ``"missing"``, ``"unsuitable"`` or ``"error"``.
     message : str
         The backend's own words, or the error's.
     iterations : int or None
@@ -43,7 +46,7 @@ class Row:
         1 - |intersection| / |union| of the contact set and the best answer's.
     boundary_distance : float or None
         Hausdorff distance of the free boundary from the best answer's (length): 0 if neither has one, infinite if only
-        one has; None without a lattice.
+        one has; None for a bare matrix.
     cold_seconds : float or None
         The first run, with scaling and judging.
     warm_seconds : float or None
@@ -86,67 +89,70 @@ class Row:
     @property
     def ok(self) -> bool:
         """Whether the answer is as good as was asked for."""
-        return self.status in ("certified", "solved")
+        return self.status in (Status.CERTIFIED, Status.SOLVED)
 
 
-@dataclass(frozen=True)
-class Pair:
-    """How two backends' answers differ.
-
-    Attributes
-    ----------
-    first, second : str
-        The backends.
-    gap_difference : float
-        max |Δω| (length).
-    contact_jaccard : float
-        1 - |intersection| / |union| of the two contact sets: 0 if they are equal.
-    differing_nodes : array of int
-        Nodes that one has in contact and the other does not.
-    consistent : bool
-        Whether one solution can satisfy both enclosures (without enclosures: whether the gaps differ by at most
-        100 tol times the gap scale).
-    boundary_distance : float or None
-        Hausdorff distance of the two free boundaries (length); None without a lattice.
-    """
-
-    first: str
-    second: str
-    gap_difference: float
-    contact_jaccard: float
-    differing_nodes: np.ndarray[Any, np.dtype[np.int64]]
-    consistent: bool
-    boundary_distance: float | None = None
-
-
-def row_of(solution: Solution, name: str, warm_seconds: float | None = None) -> Row:
-    """Return what one solution says by itself; the distances from others are left None."""
-    facts: dict[str, Any] = {}
-    if solution.residuals is not None:
-        facts |= asdict(solution.residuals)
-        facts |= {
-            "primal_residual": max(0.0, -solution.residuals.min_gap),
-            "dual_residual": max(0.0, -solution.residuals.min_reaction),
-            "relative_bound": solution.relative_bound,
-            "contact": int(np.count_nonzero(solution.contact)),
-        }
-    if solution.certificate is not None:
-        facts |= {
-            "gap_bound": solution.certificate.gap_bound,
-            "certain_contact": int(np.count_nonzero(solution.certificate.contact)),
-            "certain_clear": int(np.count_nonzero(solution.certificate.clear)),
-            "undecided": int(np.count_nonzero(solution.certificate.undecided)),
-        }
+def row_of(outcome: Outcome, answers: Answers) -> Row:
+    """Return what is to be said of one outcome, by itself and beside all answers."""
+    answer = outcome.answer
+    if isinstance(answer, Refusal):
+        return Row(outcome.backend, answer.status, answer.message)
     return Row(
-        backend=name,
-        status=solution.status.value,
-        message=solution.termination,
-        iterations=solution.iterations,
-        setup_seconds=solution.setup_seconds,
-        solve_seconds=solution.solve_seconds,
-        cold_seconds=solution.seconds,
-        warm_seconds=warm_seconds,
-        claimed=solution.claimed_solved,
-        findings=solution.findings,
-        **facts,
+        backend=outcome.backend,
+        status=answer.status.value,
+        message=answer.termination,
+        iterations=answer.iterations,
+        setup_seconds=answer.setup_seconds,
+        solve_seconds=answer.solve_seconds,
+        cold_seconds=answer.seconds,
+        warm_seconds=outcome.warm_seconds,
+        claimed=answer.claimed_solved,
+        findings=answer.findings,
+        **_optimality(answer),
+        **_certified(answer),
+        **_beside_others(outcome.backend, answers),
     )
+
+
+def _optimality(solution: Solution) -> dict[str, Any]:
+    """Return how far a finite answer is from the optimality conditions, and the bound of its error."""
+    residuals = solution.residuals
+    if residuals is None:
+        return {}
+    return asdict(residuals) | {
+        "primal_residual": max(0.0, -residuals.min_gap),
+        "dual_residual": max(0.0, -residuals.min_reaction),
+        "relative_bound": solution.relative_bound,
+        "contact": int(np.count_nonzero(solution.contact)),
+    }
+
+
+def _certified(solution: Solution) -> dict[str, Any]:
+    """Return what the answer's own certificate says."""
+    certificate = solution.certificate
+    if certificate is None:
+        return {}
+    return {
+        "gap_bound": certificate.gap_bound,
+        "certain_contact": int(np.count_nonzero(certificate.contact)),
+        "certain_clear": int(np.count_nonzero(certificate.clear)),
+        "undecided": int(np.count_nonzero(certificate.undecided)),
+    }
+
+
+def _beside_others(backend: str, answers: Answers) -> dict[str, Any]:
+    """Return a finite answer's distances from the truth and from the best answer."""
+    if backend not in answers.finite:
+        return {}
+    solution, best = answers.finite[backend], answers.best_backend
+    assert best is not None
+    low, high = (None, None) if answers.truth is None else answers.truth.error(solution.gap)
+    if high is not None and solution.certificate is not None:
+        high = min(high, solution.certificate.gap_bound)
+    return {
+        "contact_jaccard": answers.contact_jaccard(backend, best),
+        "boundary_distance": answers.boundary_distance(backend, best),
+        "true_error_lower": low,
+        "true_error_upper": high,
+        "relative_true_error": None if high is None else high / solution.verdict.scale,
+    }

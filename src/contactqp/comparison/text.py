@@ -1,70 +1,61 @@
-"""A comparison as a printed table, as the same in a notebook, and as JSON."""
+"""A comparison as a printed table, and as JSON."""
 
 from __future__ import annotations
 
 import json
 import math
 from dataclasses import asdict
-from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from .columns import COLUMNS
-
-if TYPE_CHECKING:
-    from .comparison import Comparison
+from .columns import PRINTED
+from .compared import Compared
 
 
-def table_cells(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
-    """Return the headings of a comparison's table and its rows, as text."""
-    return list(COLUMNS), [[cell(row) for cell in COLUMNS.values()] for row in comparison.rows]
-
-
-def as_text(comparison: Comparison) -> str:
+def as_text(compared: Compared) -> str:
     """Return the table with what was asked for above it, remarks and verdict below."""
-    headings, body = table_cells(comparison)
-    table = [headings, *body]
-    widths = [max(len(line[k]) for line in table) for k in range(len(headings))]
+    table = [
+        [column.printed for column in PRINTED],
+        *([column.text(row) for column in PRINTED] for row in compared.rows),
+    ]
+    widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
     lines = [
         "  ".join(
-            cell.ljust(width) if k < 2 else cell.rjust(width)
-            for k, (cell, width) in enumerate(zip(line, widths, strict=True))
+            cell.ljust(width) if column.words else cell.rjust(width)
+            for column, cell, width in zip(PRINTED, line, widths, strict=True)
         )
         for line in table
     ]
-    head = f"{comparison.subject}, tol {comparison.tolerance} of the gap scale {comparison.problem.gap_scale:.3g}"
-    return "\n".join([head, "", *(line.rstrip() for line in lines), "", *comparison.remarks(), comparison.verdict()])
+    head = f"{compared.subject}, {asked_for(compared)}"
+    return "\n".join([head, "", *(line.rstrip() for line in lines), "", *closing_lines(compared)])
 
 
-def as_html(comparison: Comparison) -> str:
-    """Return the same as a table for notebooks."""
-    headings, rows = table_cells(comparison)
-    head = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
-    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    lines = [*comparison.remarks(), comparison.verdict()]
-    return (
-        f"<p>{escape(comparison.subject)}, tol {escape(str(comparison.tolerance))}</p>"
-        f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-        + "".join(f"<p>{escape(line)}</p>" for line in lines)
-    )
+def closing_lines(compared: Compared) -> list[str]:
+    """Return remarks and verdict, to be read below the table."""
+    return [*compared.conclusion.remarks, compared.conclusion.sentence]
 
 
-def as_json(comparison: Comparison, indent: int | None) -> str:
+def asked_for(compared: Compared) -> str:
+    """Return the tolerance in words."""
+    return f"tol {compared.tolerance} of the gap scale {compared.answers.problem.gap_scale:.3g}"
+
+
+def as_json(compared: Compared, indent: int | None) -> str:
     """Return all there is as JSON, with null for infinite and undefined numbers."""
-    truth = comparison.truth
+    answers, conclusion = compared.answers, compared.conclusion
     record = {
-        "problem": comparison.subject,
-        "tol": comparison.tol,
-        "setting": comparison.setting,
-        "gap_scale": comparison.problem.gap_scale,
-        "agree": comparison.agree,
-        "verdict": comparison.verdict(),
-        "culprits": comparison.culprits,
-        "false_claims": comparison.false_claims,
-        "findings": comparison.findings,
-        "truth": None if truth is None else {"width": truth.width} | comparison.decided,
-        "backends": [asdict(row) for row in comparison.rows],
-        "pairs": [asdict(pair) | {"differing_nodes": pair.differing_nodes.tolist()} for pair in comparison.pairs],
-        "provenance": comparison.provenance.to_dict(),
+        "problem": compared.subject,
+        "tol": compared.tolerance.tol,
+        "setting": compared.tolerance.setting,
+        "gap_scale": answers.problem.gap_scale,
+        "agree": conclusion.agree,
+        "verdict": conclusion.sentence,
+        "culprits": conclusion.culprits,
+        "false_claims": conclusion.false_claims,
+        "findings": conclusion.findings,
+        "truth": None if answers.truth is None else {"width": answers.truth.width} | answers.decided,
+        "backends": [asdict(row) for row in compared.rows],
+        "pairs": [asdict(pair) | {"differing_nodes": pair.differing_nodes.tolist()} for pair in compared.pairs],
+        "provenance": compared.provenance.to_dict(),
     }
     return json.dumps(_plain(record), indent=indent, allow_nan=False)
 

@@ -1,0 +1,160 @@
+"""Conclusion: what rows and pairs say of the backends, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..problem.contact_qp import ContactQP
+from ..proof.status import Status
+from .answers import Answers
+from .pairs import Pair
+from .rows import Row
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """Whether the backends agree; if not, who is to blame; and whose words were not to be relied on.
+
+    Attributes
+    ----------
+    agree : bool
+        Whether every backend was certified and every pair of enclosures intersects.
+    culprits : mapping of str to str
+        Why there is no agreement: backend to reason, empty if all agree. A backend is named if it returned no certified
+        answer, with its worst optimality condition; or, where all look good and two still exclude each other, if its
+        answer is consistent with fewer of the others than theirs are.
+    false_claims : mapping of str to str
+        By backend, of those that said they had solved the problem and had not: what they said, and what is known. It is
+        no false claim if the certificates of other backends prove the answer to be within tol.
+    findings : tuple of str
+        What went wrong on the way, though it may not show in the answers: one sentence each.
+    sentence : str
+        Agreement, or who spoils it and why, and whose claims are false.
+    """
+
+    agree: bool
+    culprits: Mapping[str, str]
+    false_claims: Mapping[str, str]
+    findings: tuple[str, ...]
+    sentence: str
+
+    @property
+    def remarks(self) -> list[str]:
+        """Findings and false claims as lines, to be read below a table."""
+        return [
+            *(f"Finding: {finding}." for finding in self.findings),
+            *(f"False claim: {name} {sentence}." for name, sentence in self.false_claims.items()),
+        ]
+
+
+def conclusion_of(answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair], tol: float) -> Conclusion:
+    """Return what follows from the rows and pairs of some answers.
+
+    Parameters
+    ----------
+    answers : Answers
+    rows : sequence of Row
+        One for each backend that was asked.
+    pairs : sequence of Pair
+        Every two of the finite answers.
+    tol : float
+        What was asked for, relative to the gap scale.
+    """
+    agree = bool(rows) and all(row.ok for row in rows) and all(pair.consistent for pair in pairs)
+    culprits = _culprits(answers.problem, rows, pairs, tol)
+    false_claims = {
+        row.backend: _refutation(row, tol)
+        for row in rows
+        if row.claimed and not row.ok and not _proven_by_others(row, tol)
+    }
+    return Conclusion(
+        agree=agree,
+        culprits=culprits,
+        false_claims=false_claims,
+        findings=_findings(answers, rows, pairs),
+        sentence=_agreement(rows, pairs) if agree else _disagreement(culprits, false_claims),
+    )
+
+
+def _agreement(rows: Sequence[Row], pairs: Sequence[Pair]) -> str:
+    largest = max((pair.gap_difference for pair in pairs), default=0.0)
+    differing = max((pair.differing_nodes.size for pair in pairs), default=0)
+    proven = all(row.status == Status.CERTIFIED for row in rows)
+    proof = "certified" if proven else "within tol by their residuals"
+    same = "the same contact set" if not differing else f"contact sets that differ in up to {differing} nodes"
+    return f"All {len(rows)} backends agree: {proof}, max gap difference {largest:.2g}, {same}."
+
+
+def _disagreement(culprits: Mapping[str, str], false_claims: Mapping[str, str]) -> str:
+    reasons = "; ".join(f"{name} {why}" for name, why in culprits.items())
+    named = ", ".join(false_claims)
+    claims = f" Said to have solved it, and did not ({len(false_claims)}): {named}." if false_claims else ""
+    return f"No agreement: {reasons or 'no backend was asked'}.{claims}"
+
+
+def _culprits(problem: ContactQP, rows: Sequence[Row], pairs: Sequence[Pair], tol: float) -> dict[str, str]:
+    """Return why there is no agreement, see `Conclusion.culprits`."""
+    found = {row.backend: _complaint(problem, row, tol) for row in rows if not row.ok}
+    if found or all(pair.consistent for pair in pairs):
+        return found
+    conflicts = {row.backend: 0 for row in rows}
+    for pair in pairs:
+        if not pair.consistent:
+            conflicts[pair.first] += 1
+            conflicts[pair.second] += 1
+    most = max(conflicts.values())
+    return {
+        name: f"excludes the answers of {count} of {len(rows) - 1} other backends"
+        for name, count in conflicts.items()
+        if count == most
+    }
+
+
+def _complaint(problem: ContactQP, row: Row, tol: float) -> str:
+    """Return how a backend failed: in its own words without an answer, and else by what its answer violates most."""
+    if row.relative_bound is None or row.natural_residual is None:
+        return f"({row.status}: {row.message})"
+    scale = problem.gap_scale
+    stiffness = float(problem.stiffness.diagonal().max())
+    violations = {
+        f"min gap {row.min_gap:.2g}": -(row.min_gap or 0.0) / scale,
+        f"min reaction {row.min_reaction:.2g}": -(row.min_reaction or 0.0) / (stiffness * scale),
+        f"natural residual {row.natural_residual:.2g}": row.natural_residual / scale,
+    }
+    worst = max(violations, key=lambda label: violations[label])
+    return f"({row.status}: bound {row.relative_bound:.2g} > tol {tol:g}, {worst})"
+
+
+def _findings(answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair]) -> tuple[str, ...]:
+    """Return what the judge caught the backends at, and which enclosures contradict each other."""
+    found = [f"{row.backend}: {finding}" for row in rows for finding in row.findings]
+    for pair in pairs:
+        first, second = (answers.finite[name].certificate for name in (pair.first, pair.second))
+        if first is not None and second is not None and not pair.consistent:
+            nodes = np.count_nonzero(np.maximum(first.lower, second.lower) > np.minimum(first.upper, second.upper))
+            found.append(
+                f"the enclosures of {pair.first} and {pair.second} contradict each other at {nodes} "
+                f"node{'' if nodes == 1 else 's'}, so the truth is not enclosed"
+            )
+    return tuple(found)
+
+
+def _proven_by_others(row: Row, tol: float) -> bool:
+    return row.relative_true_error is not None and row.relative_true_error <= tol
+
+
+def _refutation(row: Row, tol: float) -> str:
+    """Return what a backend said, and how far off its answer is at least, as far as it is known."""
+    said = f"said {row.message!r}"
+    asked = f"(asked for: {tol:g})"
+    if row.relative_bound is None:
+        return f"{said}, and returned no finite answer"
+    if row.true_error_lower is None or row.true_error_upper is None or row.relative_true_error is None:
+        return f"{said}, and its residual is {row.relative_bound:.2g} of the gap scale {asked}"
+    least = row.relative_true_error * (row.true_error_lower / row.true_error_upper)
+    if least > tol:
+        return f"{said}, and its gap is wrong by at least {least:.2g} of the gap scale {asked}"
+    return f"{said}, and its gap is proven no better than to {row.relative_true_error:.2g} of the gap scale {asked}"
