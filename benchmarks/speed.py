@@ -192,10 +192,10 @@ def cycles(nodes: int, repeat: int) -> None:
 def _cycles_to(model: cq.Membrane, error: float) -> int:
     """Return the finest cycles until max |ω - ω*| is below ``error`` of the gap scale, ω* from as many as help."""
     problem, _ = model.problem.scaled()
-    net = arms_of(problem.stencil, problem.layout)
-    q, height = net.layout.grid(problem.q), problem.reference_grid()
+    lattice = arms_of(problem.stencil, problem.layout)
+    q, height = lattice.layout.grid(problem.q), problem.reference_grid()
     with Team() as team:
-        solver = nested_start(net, q, height, team)
+        solver = nested_start(lattice, q, height, team)
         for _ in range(30):
             solver.relax()
             if solver.estimate <= solver.rest() / 4:
@@ -204,7 +204,7 @@ def _cycles_to(model: cq.Membrane, error: float) -> int:
         solver.relax()
         exact = solver.omega.copy()
         del solver
-        solver = nested_start(net, q, height, team)
+        solver = nested_start(lattice, q, height, team)
         for cycle in range(1, 40):
             solver.relax()
             if np.abs(solver.omega - exact).max() <= error:
@@ -216,14 +216,14 @@ def _cycles_to(model: cq.Membrane, error: float) -> int:
 def nested(nodes: int, repeat: int) -> None:
     model, exact = ball(nodes)
     problem, units = model.problem.scaled()
-    net = arms_of(problem.stencil, problem.layout)
+    lattice = arms_of(problem.stencil, problem.layout)
     finished = np.abs(certified(model, "multigrid", 1e-7).deflection - exact).max()
     with Team() as team:
-        solver = nested_start(net, net.layout.grid(problem.q), problem.reference_grid(), team)
+        solver = nested_start(lattice, lattice.layout.grid(problem.q), problem.reference_grid(), team)
         for _ in range(3):
             solver.relax()
             solver.correct()
-            found = np.abs(model.deflection(net.layout.vector(solver.omega) * units.length) - exact).max()
+            found = np.abs(model.deflection(lattice.layout.vector(solver.omega) * units.length) - exact).max()
             report(
                 "nested",
                 f"{nodes}² ball: {solver.work:.1f} sweeps' work, error {found:.2e} (discretisation: {finished:.2e})",

@@ -22,10 +22,10 @@ from contactqp.methods.multigrid import contact
 from contactqp.methods.multigrid.arms import Arms, arms_of, coarsening
 from contactqp.methods.multigrid.contact import NO_LIMITS, ContactMultigrid
 from contactqp.methods.multigrid.hierarchy import Hierarchy
+from contactqp.methods.multigrid.lattice_kernels import exchange_kernels, lattice_kernels, start_from_coarse
 from contactqp.methods.multigrid.level_kernels import level_kernels, transfer_kernels
 from contactqp.methods.multigrid.linear import solve_linear
 from contactqp.methods.multigrid.nested import nested_start
-from contactqp.methods.multigrid.net_kernels import exchange_kernels, net_kernels, start_from_coarse
 
 
 def hat_matrix(fine, coarse, factor):
@@ -58,8 +58,8 @@ def stencil_matrix(level):
 
 
 @st.composite
-def nets(draw, max_side=11):
-    """A net with equal or varying arms, its stencil, and a random generator."""
+def lattices(draw, max_side=11):
+    """A lattice with equal or varying arms, its stencil, and a random generator."""
     mask = draw(lattice_masks(max_side, max_side))
     rng = np.random.default_rng(draw(st.integers(0, 9999)))
     kind = draw(st.sampled_from(["equal", "anisotropic", "varying"]))
@@ -82,10 +82,10 @@ def admissible(problem, rng):
     return problem.project(rng.normal(size=problem.size))
 
 
-@given(nets(), st.integers(1, 6))
+@given(lattices(), st.integers(1, 6))
 def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
-    net, problem, rng = case
-    layout = net.layout
+    lattice, problem, rng = case
+    layout = lattice.layout
     omega = layout.grid(admissible(problem, rng))
     expected = layout.vector(omega)
     rows, columns = np.nonzero(layout.mask)
@@ -94,14 +94,14 @@ def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
         for i in np.flatnonzero((rows + columns) % 2 == half % 2):
             value = expected[i] - (matrix[i] @ expected + problem.q[i]) / matrix[i, i]
             expected[i] = min(problem.upper[i], max(problem.lower[i], value))
-    sweep = net_kernels(net.varying).sweep
+    sweep = lattice_kernels(lattice.varying).sweep
     limits = problem.bound_grids()
-    arguments = omega, layout.grid(problem.q), net.across, net.along, *limits, layout.runs, layout.row_start
-    middle = 1 + net.rows // 2
+    arguments = omega, layout.grid(problem.q), lattice.across, lattice.along, *limits, layout.runs, layout.row_start
+    middle = 1 + lattice.rows // 2
     strips = (
-        [(1, middle), (middle, net.rows + 1)]
-        if min(middle - 1, net.rows + 1 - middle) >= count
-        else [(1, net.rows + 1)]
+        [(1, middle), (middle, lattice.rows + 1)]
+        if min(middle - 1, lattice.rows + 1 - middle) >= count
+        else [(1, lattice.rows + 1)]
     )
     for lo, hi in reversed(strips):
         sweep(*arguments, 0, count, lo, hi)
@@ -112,17 +112,17 @@ def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
 
 
 @settings(max_examples=100)
-@given(nets(), st.sampled_from(["float32", "float64"]))
+@given(lattices(), st.sampled_from(["float32", "float64"]))
 def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, precision):
-    net, problem, rng = case
-    layout = net.layout
+    lattice, problem, rng = case
+    layout = lattice.layout
     gap = admissible(problem, rng)
-    hierarchy = Hierarchy(net, Team(1))
+    hierarchy = Hierarchy(lattice, Team(1))
     plan = hierarchy.levels[0].plan
     coarse = np.zeros((plan.rows + 2, plan.columns + 2), dtype=precision)
     slope = 0.3
-    changes, worst = exchange_kernels(net.varying, precision).restrict_residual(
-        layout.grid(gap), layout.grid(problem.q), net.across, net.along, *problem.bound_grids(), layout.runs,
+    changes, worst = exchange_kernels(lattice.varying, precision).restrict_residual(
+        layout.grid(gap), layout.grid(problem.q), lattice.across, lattice.along, *problem.bound_grids(), layout.runs,
         layout.row_start, hierarchy.free, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening,
         slope, 1, plan.rows + 1,
     )  # fmt: skip
@@ -130,7 +130,7 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
     free = (gap > problem.lower) & (gap < problem.upper)
     grid = np.zeros(layout.mask.shape)
     grid[layout.mask] = np.where(free, -reaction, 0.0)
-    expected = interpolation(plan, net.rows, net.columns).T @ grid.ravel()
+    expected = interpolation(plan, lattice.rows, lattice.columns).T @ grid.ravel()
     np.testing.assert_allclose(coarse[1:-1, 1:-1].ravel(), expected, atol=1e-5 if precision == "float32" else 1e-12)
     assert changes == np.count_nonzero(~free)
     np.testing.assert_array_equal(hierarchy.free[1:-1, 1:-1][layout.mask], free)
@@ -143,8 +143,8 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
     if not np.isfinite(low):
         again[flip] = bound if free[flip] and np.isfinite(bound) else min(high, 0.0) - 1.0
     now_free = low < again[flip] < high
-    changes, _ = exchange_kernels(net.varying, precision).restrict_residual(
-        layout.grid(again), layout.grid(problem.q), net.across, net.along, *problem.bound_grids(), layout.runs,
+    changes, _ = exchange_kernels(lattice.varying, precision).restrict_residual(
+        layout.grid(again), layout.grid(problem.q), lattice.across, lattice.along, *problem.bound_grids(), layout.runs,
         layout.row_start, hierarchy.free, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening,
         slope, 1, plan.rows + 1,
     )  # fmt: skip
@@ -156,24 +156,24 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
 
 
 @settings(max_examples=100)
-@given(nets(13))
+@given(lattices(13))
 def test_coarse_operators_are_galerkin_products_of_the_truncated_operator(case):
-    net, problem, rng = case
-    hierarchy = Hierarchy(net, Team(1))
+    lattice, problem, rng = case
+    hierarchy = Hierarchy(lattice, Team(1))
     active = rng.uniform(size=problem.size) < 0.8
-    hierarchy.free[1:-1, 1:-1][net.layout.mask] = active
+    hierarchy.free[1:-1, 1:-1][lattice.layout.mask] = active
     hierarchy.update()
     # Then in one row, so that only what depends on it is computed anew.
-    rows = np.nonzero(net.layout.mask)[0]
-    row = rng.integers(0, net.rows)
+    rows = np.nonzero(lattice.layout.mask)[0]
+    row = rng.integers(0, lattice.rows)
     active = np.where(rows == row, rng.uniform(size=problem.size) < 0.5, active)
-    hierarchy.free[1:-1, 1:-1][net.layout.mask] = active
+    hierarchy.free[1:-1, 1:-1][lattice.layout.mask] = active
     hierarchy.changed[row + 1] = 1
     hierarchy.update()
-    truncated = np.zeros((net.rows * net.columns,) * 2)
-    place = np.flatnonzero(net.layout.mask.ravel())[active]
+    truncated = np.zeros((lattice.rows * lattice.columns,) * 2)
+    place = np.flatnonzero(lattice.layout.mask.ravel())[active]
     truncated[np.ix_(place, place)] = problem.G.toarray()[np.ix_(active, active)]
-    operator, rows, columns = truncated, net.rows, net.columns
+    operator, rows, columns = truncated, lattice.rows, lattice.columns
     for level in hierarchy.levels:
         interpolate = interpolation(level.plan, rows, columns)
         operator = interpolate.T @ operator @ interpolate
@@ -189,8 +189,8 @@ def test_coarse_operators_are_galerkin_products_of_the_truncated_operator(case):
 
 def test_the_coarse_operator_of_the_five_point_one_is_that_of_bilinear_elements():
     """By hand: Pᵀ A P for A = 4 u - (four neighbours) is (1/4)[-1 -1 -1; -1 8 -1; -1 -1 -1] + ... = 3 at the centre."""
-    net = Arms(Layout(np.ones((15, 15), dtype=bool)), 1.0, 1.0)
-    hierarchy = Hierarchy(net, Team(1))
+    lattice = Arms(Layout(np.ones((15, 15), dtype=bool)), 1.0, 1.0)
+    hierarchy = Hierarchy(lattice, Team(1))
     hierarchy.free[1:-1, 1:-1] = 1
     hierarchy.update()
     centre, east, north, north_east, north_west, factor = hierarchy.levels[0].stencil[:, 4, 4]
@@ -199,11 +199,11 @@ def test_the_coarse_operator_of_the_five_point_one_is_that_of_bilinear_elements(
     assert hierarchy.levels[0].kind[4, 4] == 1
 
 
-@given(nets(), st.sampled_from([("float32", "float32"), ("float64", "float32"), ("float64", "float64")]))
+@given(lattices(), st.sampled_from([("float32", "float32"), ("float64", "float32"), ("float64", "float64")]))
 def test_passes_on_a_level_are_those_of_its_matrix(case, precisions):
-    net, _, rng = case
-    hierarchy = Hierarchy(net, Team(1))
-    hierarchy.free[1:-1, 1:-1][net.layout.mask] = 1
+    lattice, _, rng = case
+    hierarchy = Hierarchy(lattice, Team(1))
+    hierarchy.free[1:-1, 1:-1][lattice.layout.mask] = 1
     hierarchy.update()
     level = hierarchy.levels[0]
     coarse_plan = hierarchy.levels[min(1, len(hierarchy.levels) - 1)].plan
@@ -236,27 +236,35 @@ def test_passes_on_a_level_are_those_of_its_matrix(case, precisions):
         np.testing.assert_allclose((added - start)[1:-1, 1:-1].ravel(), expected, atol=1e-5)
 
 
-@given(nets(9))
+@given(lattices(9))
 def test_corrections_are_projected_and_the_line_search_knows_the_energy(case):
-    net, problem, rng = case
-    layout = net.layout
+    lattice, problem, rng = case
+    layout = lattice.layout
     gap = admissible(problem, rng)
     omega, corrected = layout.grid(gap), layout.zeros()
-    plan = Hierarchy(net, Team(1)).levels[0].plan
+    plan = Hierarchy(lattice, Team(1)).levels[0].plan
     coarse = np.zeros((plan.rows + 2, plan.columns + 2))
     coarse[1:-1, 1:-1] = rng.normal(size=(plan.rows, plan.columns))
-    cut = exchange_kernels(net.varying, "float64").correct(
+    cut = exchange_kernels(lattice.varying, "float64").correct(
         omega, corrected, coarse, plan.row_coarsening, plan.column_coarsening, *problem.bound_grids(), layout.runs,
-        layout.row_start, 1, net.rows + 1,
+        layout.row_start, 1, lattice.rows + 1,
     )  # fmt: skip
-    step = (interpolation(plan, net.rows, net.columns) @ coarse[1:-1, 1:-1].ravel()).reshape(layout.mask.shape)
+    step = (interpolation(plan, lattice.rows, lattice.columns) @ coarse[1:-1, 1:-1].ravel()).reshape(layout.mask.shape)
     free = (gap > problem.lower) & (gap < problem.upper)
     wanted = gap + np.where(free, step[layout.mask], 0.0)
     expected = problem.project(wanted)
     np.testing.assert_allclose(layout.vector(corrected), expected, atol=1e-13)
     assert cut == np.count_nonzero((wanted < problem.lower) | (wanted > problem.upper))
-    slope, curvature = net_kernels(net.varying).energy_slope(
-        omega, corrected, layout.grid(problem.q), net.across, net.along, layout.runs, layout.row_start, 1, net.rows + 1
+    slope, curvature = lattice_kernels(lattice.varying).energy_slope(
+        omega,
+        corrected,
+        layout.grid(problem.q),
+        lattice.across,
+        lattice.along,
+        layout.runs,
+        layout.row_start,
+        1,
+        lattice.rows + 1,
     )
     way = expected - gap
     for length in (0.3, 1.0):
@@ -266,11 +274,11 @@ def test_corrections_are_projected_and_the_line_search_knows_the_energy(case):
 
 def test_the_start_interpolates_the_deflection():
     """By hand: five nodes over f = 1, coarse deflections 0.4 and 2 at the second and the fourth."""
-    net = Arms(Layout(np.ones((1, 5), dtype=bool)), 1.0, 0.0)
-    height, omega, coarse = net.layout.grid(np.ones(5)), net.layout.zeros(), np.zeros((3, 4))
+    lattice = Arms(Layout(np.ones((1, 5), dtype=bool)), 1.0, 0.0)
+    height, omega, coarse = lattice.layout.grid(np.ones(5)), lattice.layout.zeros(), np.zeros((3, 4))
     coarse[1, 1:3] = 0.4, 2.0
-    start_from_coarse(omega, height, coarse, 1, 2, *NO_LIMITS, net.layout.runs, net.layout.row_start, 1, 2)
-    np.testing.assert_allclose(net.layout.vector(omega), [0.8, 0.6, 0.0, 0.0, 0.0])
+    start_from_coarse(omega, height, coarse, 1, 2, *NO_LIMITS, lattice.layout.runs, lattice.layout.row_start, 1, 2)
+    np.testing.assert_allclose(lattice.layout.vector(omega), [0.8, 0.6, 0.0, 0.0, 0.0])
 
 
 def test_coarsening_follows_the_stiffer_arms():
@@ -283,7 +291,7 @@ def test_coarsening_follows_the_stiffer_arms():
 
 
 @settings(max_examples=150)
-@given(nets(20), st.booleans())
+@given(lattices(20), st.booleans())
 def test_the_energy_never_rises_and_the_answer_is_certified(case, warm):
     _, problem, rng = case
     start = rng.normal(size=problem.size) if warm else None
@@ -313,13 +321,13 @@ def test_the_ball_has_the_published_errors(points, error):
 def test_nested_iteration_alone_is_as_accurate_as_the_discretisation():
     model, exact = cq.gallery.ball(127)
     problem, units = model.problem.scaled()
-    net = arms_of(problem.stencil, problem.layout)
+    lattice = arms_of(problem.stencil, problem.layout)
     with Team() as team:
-        solver = nested_start(net, net.layout.grid(problem.q), problem.reference_grid(), team)
+        solver = nested_start(lattice, lattice.layout.grid(problem.q), problem.reference_grid(), team)
         solver.relax()
         solver.correct()
     assert solver.work <= 20
-    error = np.abs(model.deflection(net.layout.vector(solver.omega) * units.length) - exact).max()
+    error = np.abs(model.deflection(lattice.layout.vector(solver.omega) * units.length) - exact).max()
     finished = cq.solve(model, "multigrid", tol=1e-8)
     assert error < 2 * np.abs(finished.deflection - exact).max()
 
@@ -332,7 +340,7 @@ def test_without_a_support_it_solves_the_linear_problem():
 
 
 @settings(max_examples=40)
-@given(nets(15))
+@given(lattices(15))
 def test_the_linear_problem_is_solved_by_the_same_cycle(case):
     _, problem, rng = case
     force = rng.normal(size=problem.size)
@@ -366,16 +374,16 @@ def test_any_number_of_threads_gives_the_same_answer():
 def test_low_strips_leave_the_sweeps_as_they_are(rows):
     """A low and wide lattice, divided among as many threads as its strips allow."""
     rng = np.random.default_rng(rows)
-    net = Arms(Layout(np.ones((rows, 400), dtype=bool)), 0.25, 0.25)
-    q, start = net.layout.grid(rng.normal(size=net.layout.size)), rng.uniform(0, 1, net.layout.size)
+    lattice = Arms(Layout(np.ones((rows, 400), dtype=bool)), 0.25, 0.25)
+    q, start = lattice.layout.grid(rng.normal(size=lattice.layout.size)), rng.uniform(0, 1, lattice.layout.size)
     answers = []
     for threads in (1, 3):
         team = Team(threads)
-        solver = ContactMultigrid(net, q, team)
+        solver = ContactMultigrid(lattice, q, team)
         solver._strips = [(1 + rows * k // threads, 1 + rows * (k + 1) // threads) for k in range(threads)]
         if rows // threads < contact._LEAST_STRIP:
             solver._strips = [(1, rows // 2 + 1), (rows // 2 + 1, rows + 1)]
-        solver.omega[...] = net.layout.grid(start)
+        solver.omega[...] = lattice.layout.grid(start)
         solver._sweep(6)
         answers.append(solver.omega.copy())
     np.testing.assert_array_equal(*answers)
@@ -384,8 +392,8 @@ def test_low_strips_leave_the_sweeps_as_they_are(rows):
 
 
 def test_an_update_without_changes_marks_no_row():
-    net = Arms(Layout(np.ones((40, 50), dtype=bool)), 0.25, 0.25)
-    hierarchy = Hierarchy(net, Team(1))
+    lattice = Arms(Layout(np.ones((40, 50), dtype=bool)), 0.25, 0.25)
+    hierarchy = Hierarchy(lattice, Team(1))
     hierarchy.update()
     hierarchy.update()
     assert not any(level.changed.any() for level in hierarchy.levels)
@@ -488,8 +496,8 @@ def test_an_interrupt_ends_it_within_a_second():
 
 def test_the_state_says_what_a_step_did():
     """By hand: one node, G = 4, q = -2, started at 0: a sweep sets ω = 1/2 and nothing is left."""
-    net = Arms(Layout(np.ones((1, 1), dtype=bool)), 1.0, 1.0)
-    solver = ContactMultigrid(net, net.layout.grid(np.array([-2.0])), Team(1))
+    lattice = Arms(Layout(np.ones((1, 1), dtype=bool)), 1.0, 1.0)
+    solver = ContactMultigrid(lattice, lattice.layout.grid(np.array([-2.0])), Team(1))
     solver.relax()
     assert solver.omega[1, 1] == 0.5
     assert (solver.changes, solver.estimate) == (0, 0.0)

@@ -1,4 +1,4 @@
-"""Stencil: the stiffness of a net of tensioned arms, applied without assembling it."""
+"""Stencil: the stiffness of tensioned arms between the nodes of a lattice, applied without assembling it."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ class Stencil(LatticeStiffness):
         Parameters
         ----------
         height : array, shape (rows + 2, columns + 2)
-            Ordinates of nodes and frame points, with a ring about the net (see `Numbering.to_grid`).
+            Ordinates of nodes and frame points, with a ring about the lattice (see `Numbering.to_grid`).
 
         Returns
         -------
@@ -274,7 +274,7 @@ class Stencil(LatticeStiffness):
         return np.pad(self.mask, 1)
 
     def frame_points(self) -> Mask:
-        """Return where, on the net with a ring about it, a frame point is joined to a node by an arm."""
+        """Return where, on the array with a ring about it, a frame point is joined to a node by an arm."""
         west, east, south, north = (np.broadcast_to(arm > 0, self.mask.shape) & self.mask for arm in self.weights())
         joined = np.zeros((self.mask.shape[0] + 2, self.mask.shape[1] + 2), dtype=bool)
         joined[1:-1, :-2] |= west
@@ -315,7 +315,7 @@ class Stencil(LatticeStiffness):
         return csr_array((values[kept], columns[kept], pointers), shape=(self.size, self.size))
 
     def weights(self) -> tuple[Any, Any, Any, Any]:
-        """Return the stiffness of the west, east, south and north arm of every point of the net."""
+        """Return the stiffness of the west, east, south and north arm of every point of the array."""
         horizontal, vertical = self.horizontal, self.vertical
         west, east = (horizontal, horizontal) if horizontal.ndim == 0 else (horizontal[:, :-1], horizontal[:, 1:])
         south, north = (vertical, vertical) if vertical.ndim == 0 else (vertical[:-1], vertical[1:])

@@ -112,14 +112,16 @@ def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
         from ..methods.multigrid.hierarchy import load_kernels
         from ..methods.multigrid.nested import nearly_solved
 
-        net = arms_of(stencil, layout)
-        load_kernels(net)
+        lattice = arms_of(stencil, layout)
+        load_kernels(lattice)
     with Team() as team:
         limits = NO_LIMITS
         if not problem.bounds.standard:
-            limits = net.layout.grid(problem.lower * relative), net.layout.grid(problem.upper * relative)
-        gap = nearly_solved(net, net.layout.grid(problem.q / relative), team, lambda: task.seconds_left <= 0, limits)
-    return np.asarray(net.layout.vector(gap) / relative)
+            limits = lattice.layout.grid(problem.lower * relative), lattice.layout.grid(problem.upper * relative)
+        gap = nearly_solved(
+            lattice, lattice.layout.grid(problem.q / relative), team, lambda: task.seconds_left <= 0, limits
+        )
+    return np.asarray(lattice.layout.vector(gap) / relative)
 
 
 def iterate(solver: ActiveSet, problem: ContactQP, task: Task, budget: int, history: bool = False) -> Answer:

@@ -198,7 +198,7 @@ class _Log:
         """Return why to stop, None to go on, and FAILED where another method has to go on."""
         self.judged = None
         if self.bounds[-1] <= task.tol:
-            self.judged = solver.net.layout.vector(solver.omega)
+            self.judged = solver.lattice.layout.vector(solver.omega)
             bound = task.bound(self.judged)
             if bound <= task.tol:
                 return Stop.DONE, f"certified bound {bound:.1e}"
@@ -210,14 +210,14 @@ class _Log:
             return Stop.ITERATION_LIMIT, "cycle limit"
         if self._idle == _PATIENCE:
             # Where arms differ much, what is rounding for the stiff ones may be an error for the soft.
-            return self._hand_over(solver, solver.net.varying, "what is left are rounding errors")
+            return self._hand_over(solver, solver.lattice.varying, "what is left are rounding errors")
         lately, before = self.bounds[-_STALLING:], self.bounds[:-_STALLING]
         if not self._idle and before and min(lately) > 0.1 * min(before):
             return self._hand_over(solver, True, "stalled")
         return None
 
     def _hand_over(self, solver: ContactMultigrid, useful: bool, why: str) -> tuple[Stop, str]:
-        affordable = solver.net.layout.size <= _WORTH_ASSEMBLING
+        affordable = solver.lattice.layout.size <= _WORTH_ASSEMBLING
         return (Stop.FAILED if useful and affordable else Stop.DONE), why
 
     def record(self, solver: ContactMultigrid) -> None:

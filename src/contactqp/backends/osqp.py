@@ -119,9 +119,7 @@ class _Workspace(State):
         rows = sparse.csc_matrix(sparse.eye_array(problem.size))
         data = matrix, problem.q.copy(), rows, problem.lower, problem.upper
         fixed = {"polishing": False, "verbose": False, "warm_starting": True}
-        run_interruptibly(
-            partial(self._solver.setup, *data, **fixed, **self._settings), task.progress
-        )
+        run_interruptibly(partial(self._solver.setup, *data, **fixed, **self._settings), task.progress)
         shipped = self._solver.settings
         self._shipped = (
             float(shipped.eps_abs),
@@ -165,16 +163,10 @@ class _Workspace(State):
         self._solver = None if answer.stop is Stop.FAILED else solver
         return answer
 
-    def _start(
-        self, solver: Any, problem: ContactQP, warm_start: Vector | None
-    ) -> None:
+    def _start(self, solver: Any, problem: ContactQP, warm_start: Vector | None) -> None:
         """Put new forces and bounds into the workspace, and its iterate where the solve is to start."""
         vectors = {"q": problem.q, "l": problem.lower, "u": problem.upper}
-        changed = {
-            k: v.copy()
-            for k, v in vectors.items()
-            if not np.array_equal(v, self._vectors[k])
-        }
+        changed = {k: v.copy() for k, v in vectors.items() if not np.array_equal(v, self._vectors[k])}
         if changed:
             solver.update(**changed)
             self._vectors = vectors
@@ -259,6 +251,4 @@ def _reaction(problem: ContactQP, gap: Vector) -> Vector:
     """Return the multipliers R of the constraints that a warm start suggests."""
     reaction = problem.stiffness.matvec(gap) + problem.q
     lower, upper = np.isfinite(problem.lower), np.isfinite(problem.upper)
-    return np.clip(
-        reaction, np.where(upper, -np.inf, 0.0), np.where(lower, np.inf, 0.0)
-    )
+    return np.clip(reaction, np.where(upper, -np.inf, 0.0), np.where(lower, np.inf, 0.0))

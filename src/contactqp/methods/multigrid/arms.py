@@ -18,7 +18,7 @@ _ANISOTROPY = 3.0
 """A direction with arms this many times stiffer than the other's is coarsened alone (semicoarsening)."""
 
 _SMALLEST = 9
-"""Nets of up to this many points are not coarsened."""
+"""Lattices of up to this many points are not coarsened."""
 
 
 class Arms:
@@ -57,7 +57,7 @@ class Arms:
         return not isinstance(self.across, float)
 
     def resistance(self, grid: Grid) -> Grid:
-        """Return G times a vector on the net, shape (rows, columns); to be used at nodes only."""
+        """Return G times a vector on the lattice, shape (rows, columns); to be used at nodes only."""
         own = grid[1:-1, 1:-1]
         across, along = self.across, self.along
         west, east = (across, across) if isinstance(across, float) else (across[:, :-1], across[:, 1:])
@@ -66,11 +66,11 @@ class Arms:
         return np.asarray(force + (south * (own - grid[:-2, 1:-1]) + north * (own - grid[2:, 1:-1])))
 
     def coarse_shape(self) -> tuple[int, int]:
-        """Return rows and columns of the next coarser net."""
+        """Return rows and columns of the next coarser lattice."""
         return self.rows // self.row_coarsening, self.columns // self.column_coarsening
 
     def coarser(self) -> Arms | None:
-        """Return the net of every second node (see `coarsening`); None if it would be no coarser or hold no node."""
+        """Return the lattice of every second node (see `coarsening`); None if that is no coarser or holds no node."""
         if self.row_coarsening * self.column_coarsening == 1:
             return None
         down, right = self.row_coarsening, self.column_coarsening
@@ -88,7 +88,7 @@ class Arms:
 def coarsening(rows: int, columns: int, across: float, along: float) -> tuple[int, int]:
     """Return by how much to coarsen rows and columns: 2, or 1 in the direction of far weaker arms.
 
-    Both are 1 for a net that is small enough.
+    Both are 1 for a lattice that is small enough.
     """
     if rows * columns <= _SMALLEST:
         return 1, 1
@@ -113,10 +113,10 @@ def _least(arms: ArmStiffness) -> float:
     return float(positive.min()) if positive.size else 0.0
 
 
-def _coarser_varying(net: Arms, mask: Mask, kinds: NDArray[np.uint8] | None) -> Arms | None:
+def _coarser_varying(lattice: Arms, mask: Mask, kinds: NDArray[np.uint8] | None) -> Arms | None:
     """Join the arms between two coarse nodes in series, and count them once for each row they stand for."""
-    across, along = np.asarray(net.across), np.asarray(net.along)
-    down, right = net.row_coarsening, net.column_coarsening
+    across, along = np.asarray(lattice.across), np.asarray(lattice.along)
+    down, right = lattice.row_coarsening, lattice.column_coarsening
     rows, columns = mask.shape
     own_rows = across[down - 1 :: down][:rows]
     own_columns = along[:, right - 1 :: right][:, :columns]
@@ -140,7 +140,7 @@ def _series(arms: Grid, count: int, wanted: int) -> Grid:
 
 
 def arms_of(stencil: LatticeStiffness, layout: Layout) -> Arms:
-    """Return the net of a lattice's arms."""
+    """Return the lattice of a lattice's arms."""
     if stencil.uniform:
         return Arms(layout, float(stencil.horizontal), float(stencil.vertical))
     box_rows, box_columns = stencil.numbering.box

@@ -18,7 +18,7 @@ from ...geometry.numbering import Grid
 from ...geometry.runs import FREE, KIND
 from .arms import Arms
 from .hierarchy import Hierarchy
-from .net_kernels import exchange_kernels, net_kernels, start_from_coarse
+from .lattice_kernels import exchange_kernels, lattice_kernels, start_from_coarse
 
 _SWEEPS = 3
 _MOST_SWEEPS = 24
@@ -29,7 +29,7 @@ _LEAST_STRIP = 2 * _AT_ONCE
 """What is left out near one border of a strip must not depend on what is left out near the other."""
 
 _STALLING = 0.5
-"""Contraction above which a cycle of a net at rest counts as stalling: it is 0.05 to 0.15 as a rule."""
+"""Contraction above which a cycle of a lattice at rest counts as stalling: it is 0.05 to 0.15 as a rule."""
 
 
 Limits: TypeAlias = tuple[Grid, Grid]
@@ -43,7 +43,7 @@ class ContactMultigrid:
 
     Parameters
     ----------
-    net : Arms
+    lattice : Arms
     q : array, shape (rows + 2, columns + 2)
         Reaction that would hold the gap shut, on the layout's grid.
     team : Team
@@ -64,22 +64,22 @@ class ContactMultigrid:
     damping : float
         After `correct`: the factor of the line search, 1 as a rule.
     work : float
-        Work done, in sweeps over this net: a pass over a coarse net counts by its points.
+        Work done, in sweeps over this lattice: a pass over a coarse lattice counts by its points.
     """
 
-    def __init__(self, net: Arms, q: Grid, team: Team, limits: Limits = NO_LIMITS) -> None:
-        self.net, self.q, self.team, self.limits = net, q, team, limits
-        self.omega, self._next = net.layout.zeros(), net.layout.zeros()
-        self.hierarchy = Hierarchy(net, team)
+    def __init__(self, lattice: Arms, q: Grid, team: Team, limits: Limits = NO_LIMITS) -> None:
+        self.lattice, self.q, self.team, self.limits = lattice, q, team, limits
+        self.omega, self._next = lattice.layout.zeros(), lattice.layout.zeros()
+        self.hierarchy = Hierarchy(lattice, team)
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
-        self._kernels = net_kernels(net.varying)
-        self._exchange = exchange_kernels(net.varying, self.hierarchy.levels[0].plan.precision)
-        self._strips = team.strips(1, net.rows + 1, net.columns, _LEAST_STRIP)
-        self._place = net.layout.runs, net.layout.row_start
+        self._kernels = lattice_kernels(lattice.varying)
+        self._exchange = exchange_kernels(lattice.varying, self.hierarchy.levels[0].plan.precision)
+        self._strips = team.strips(1, lattice.rows + 1, lattice.columns, _LEAST_STRIP)
+        self._place = lattice.layout.runs, lattice.layout.row_start
         self._bounded_place = *limits, *self._place
         self._coarsening = self.hierarchy.levels[0].factors
         self._sweeps = _SWEEPS
-        self._careful = net.varying
+        self._careful = lattice.varying
 
     def restart(self, q: Grid, limits: Limits, team: Team) -> None:
         """Go on with other forces and other values of the bounds, by the hierarchy of the last free nodes."""
@@ -87,10 +87,10 @@ class ContactMultigrid:
         self.hierarchy.team = team
         self._bounded_place = *limits, *self._place
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
-        self._sweeps, self._careful = _SWEEPS, self.net.varying
+        self._sweeps, self._careful = _SWEEPS, self.lattice.varying
 
     def start(self, height: Grid, coarse_deflection: Grid) -> None:
-        """Start from ``height`` less the interpolated deflection of the next coarser net."""
+        """Start from ``height`` less the interpolated deflection of the next coarser lattice."""
         arguments = self.omega, height, coarse_deflection, *self._coarsening, *self._bounded_place
         self.team.run(start_from_coarse, self._strips, *arguments)
 
@@ -98,7 +98,7 @@ class ContactMultigrid:
         """Sweep, and measure and restrict what is left."""
         before = self.estimate
         self._sweep(2 * self._sweeps)
-        self.changes, self.estimate = self._restrict(self.net.layout.runs)
+        self.changes, self.estimate = self._restrict(self.lattice.layout.runs)
         self.work += self._sweeps + 1
         if self.changes == 0 and self.estimate > _STALLING * before:
             self._sweeps = min(2 * self._sweeps, _MOST_SWEEPS)
@@ -120,11 +120,11 @@ class ContactMultigrid:
     def rest(self) -> float:
         """Return the force out of balance that rounding errors alone may leave."""
         largest = max(abs(float(self.omega.max())), abs(float(self.omega.min())))
-        return 4 * float(np.finfo(np.float64).eps) * largest * self.net.stiffest
+        return 4 * float(np.finfo(np.float64).eps) * largest * self.lattice.stiffest
 
     def restrict_load(self) -> NDArray[Any]:
-        """Return q + Gω, summed with the weights of bilinear interpolation, at the nodes of the next coarser net."""
-        unsupported = self.net.layout.runs.copy()
+        """Return q + Gω, summed with the weights of bilinear interpolation, at the next coarser lattice's nodes."""
+        unsupported = self.lattice.layout.runs.copy()
         unsupported[:, KIND] = FREE
         self._restrict(unsupported)
         return np.negative(self.hierarchy.levels[0].residual[1:-1, 1:-1])
@@ -132,11 +132,11 @@ class ContactMultigrid:
     def energy(self) -> float:
         """Return ½ωᵀGω + qᵀω."""
         inner = self.omega[1:-1, 1:-1]
-        return float((inner * (0.5 * self.net.resistance(self.omega) + self.q[1:-1, 1:-1])).sum())
+        return float((inner * (0.5 * self.lattice.resistance(self.omega) + self.q[1:-1, 1:-1])).sum())
 
     def _sweep(self, half_sweeps: int) -> None:
         """Do red and black half-sweeps in turn; what strips leave out at their borders is done afterwards."""
-        problem = self.omega, self.q, self.net.across, self.net.along, *self._bounded_place
+        problem = self.omega, self.q, self.lattice.across, self.lattice.along, *self._bounded_place
         for first in range(0, half_sweeps, _AT_ONCE):
             count = min(_AT_ONCE, half_sweeps - first)
             self.team.run(self._kernels.sweep, self._strips, *problem, first, count)
@@ -145,18 +145,18 @@ class ContactMultigrid:
                     self._kernels.sweep(*problem, first + k, 1, border - k, border + k)
 
     def _restrict(self, runs: NDArray[np.int64]) -> tuple[int, float]:
-        """Restrict the residual; see `net_kernels`."""
+        """Restrict the residual; see `lattice_kernels`."""
         first = self.hierarchy.levels[0]
-        place = *self.limits, runs, self.net.layout.row_start
-        problem = self.omega, self.q, self.net.across, self.net.along, *place
+        place = *self.limits, runs, self.lattice.layout.row_start
+        problem = self.omega, self.q, self.lattice.across, self.lattice.along, *place
         marks = self.hierarchy.free, self.hierarchy.changed
-        arguments = *problem, *marks, first.residual, *self._coarsening, 1 / self.net.reach
+        arguments = *problem, *marks, first.residual, *self._coarsening, 1 / self.lattice.reach
         found = self.team.run(self._exchange.restrict_residual, first.strips, *arguments)
         return sum(changes for changes, _ in found), max(worst for _, worst in found)
 
     def _line_search(self) -> float:
         """Shorten the step to the least energy along it; it stays feasible, because both of its ends are."""
-        arguments = self.omega, self._next, self.q, self.net.across, self.net.along, *self._place
+        arguments = self.omega, self._next, self.q, self.lattice.across, self.lattice.along, *self._place
         sums = self.team.run(self._kernels.energy_slope, self._strips, *arguments)
         slope, curvature = (float(sum(part)) for part in zip(*sums, strict=True))
         self.work += 1

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from .net_kernels import _arm
+from .lattice_kernels import _arm
 
 _DAMPING = 16.0 / 9.0
 _TINY = float(np.finfo(np.float32).tiny)
@@ -71,7 +71,7 @@ def _touched(changed, i, reach):  # type: ignore[no-untyped-def]
     return changed[max(i - reach, 0) : i + reach + 1].any()
 
 
-def _coarsen_net(  # type: ignore[no-untyped-def]
+def _coarsen_lattice(  # type: ignore[no-untyped-def]
     free,
     changed,
     across,
@@ -86,7 +86,7 @@ def _coarsen_net(  # type: ignore[no-untyped-def]
     lo,
     hi,
 ):
-    """Write those of the rows [lo, hi) of the first coarse operator that a changed row of the net has a share in.
+    """Write those of the rows [lo, hi) of the first coarse operator that a changed row of the lattice has a share in.
 
     Which they are is written to ``coarse_changed``.
     """
@@ -204,11 +204,11 @@ def set_factors(stencil, kind, changed, constant, lo, hi):  # type: ignore[no-un
 
 
 @cache
-def coarsen_net(varying: bool) -> Any:
+def coarsen_lattice(varying: bool) -> Any:
     """Compile the first coarsening for equal or for varying arms, or load it."""
     arms = "float64[:, ::1]" if varying else "float64"
     signature = (
         f"void({_KIND}, {_ROWS}, {arms}, {arms}, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, "
         "int64, int64, boolean, int64, int64)"
     )
-    return njit(signature, cache=True, nogil=True, error_model="numpy")(_coarsen_net)
+    return njit(signature, cache=True, nogil=True, error_model="numpy")(_coarsen_lattice)

@@ -1,4 +1,4 @@
-"""Hierarchy: Galerkin operators of a net truncated at its contact nodes, and the linear cycle through them."""
+"""Hierarchy: Galerkin operators of a lattice truncated at its contact nodes, and the linear cycle through them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from ...foundation.threads import Team
 from ..multigrid import galerkin_kernels
 from .arms import Arms, coarsening
+from .lattice_kernels import exchange_kernels, lattice_kernels
 from .level_kernels import level_kernels, transfer_kernels
-from .net_kernels import exchange_kernels, net_kernels
 
 _COARSEST_SWEEPS = 10
 
 _SINGLE_PRECISION_REACH = 5e5
-"""Up to this error per rounding error (see `net.Net.reach`) a correction may be rounded to single precision.
+"""Up to this error per rounding error (see `lattice.Net.reach`) a correction may be rounded to single precision.
 
 Twice the error a unit of residual makes, times 6e-8, is what a cycle loses: 0.03 here.
 """
@@ -51,7 +51,7 @@ class Level:
 
 
 class Hierarchy:
-    """The coarse levels below a net, finest first.
+    """The coarse levels below a lattice, finest first.
 
     Attributes
     ----------
@@ -61,31 +61,31 @@ class Hierarchy:
         1 for the rows in which `free` has changed since the operators were computed.
     """
 
-    def __init__(self, net: Arms, team: Team) -> None:
-        self.net, self.team = net, team
-        self.free: NDArray[np.uint8] = net.layout.zeros(np.uint8)
-        self.free[1:-1, 1:-1] = net.layout.mask
-        self.changed = np.ones(net.rows + 2, dtype=np.uint8)
-        self.levels = [Level(plan, team) for plan in plans(net)]
-        if not net.varying:
+    def __init__(self, lattice: Arms, team: Team) -> None:
+        self.lattice, self.team = lattice, team
+        self.free: NDArray[np.uint8] = lattice.layout.zeros(np.uint8)
+        self.free[1:-1, 1:-1] = lattice.layout.mask
+        self.changed = np.ones(lattice.rows + 2, dtype=np.uint8)
+        self.levels = [Level(plan, team) for plan in plans(lattice)]
+        if not lattice.varying:
             self._find_constants()
 
     def update(self) -> None:
         """Compute the rows of all operators that changed rows have a share in."""
-        first, net = self.levels[0], self.net
+        first, lattice = self.levels[0], self.lattice
         self.team.run(
-            galerkin_kernels.coarsen_net(net.varying),
+            galerkin_kernels.coarsen_lattice(lattice.varying),
             first.strips,
             self.free,
             self.changed,
-            net.across,
-            net.along,
+            lattice.across,
+            lattice.along,
             first.constant,
             first.stencil,
             first.kind,
             first.changed,
             *first.factors,
-            not net.varying,
+            not lattice.varying,
         )
         self._set_factors(first)
         for finer, level in pairwise(self.levels):
@@ -133,30 +133,30 @@ class Hierarchy:
 
     @cached_property
     def points(self) -> float:
-        """Points of all levels over the net's nodes."""
-        return sum(level.residual.size for level in self.levels) / self.net.layout.size
+        """Points of all levels over the lattice's nodes."""
+        return sum(level.residual.size for level in self.levels) / self.lattice.layout.size
 
     @cached_property
     def cycle_work(self) -> float:
-        """Passes of a `cycle`, each counted by its points over the net's nodes.
+        """Passes of a `cycle`, each counted by its points over the lattice's nodes.
 
         A level is visited once more than the one above it; a visit is four passes (two steps of Jacobi's method, the
         residual and the interpolation).
         """
         visits = sum((depth + 1) * level.residual.size for depth, level in enumerate(self.levels))
-        return 4 * visits / self.net.layout.size
+        return 4 * visits / self.lattice.layout.size
 
     def _find_constants(self) -> None:
-        """Compute each level's operator far from frame and contact, on a small net without either."""
+        """Compute each level's operator far from frame and contact, on a small lattice without either."""
         width = 9
         middle, every = width // 2 + 1, np.ones(2 * width + 3, dtype=np.uint8)
         example = np.ones((every.size, every.size), dtype=np.uint8)
         stencil = np.zeros((6, width + 2, width + 2), dtype=np.float32)
         kind, rows = np.zeros((width + 2, width + 2), dtype=np.uint8), np.ones(width + 2, dtype=np.uint8)
         target = np.zeros(6, dtype=np.float32), stencil, kind, rows
-        net, first = self.net, self.levels[0]
-        coarsen = galerkin_kernels.coarsen_net(False)
-        coarsen(example, every, net.across, net.along, *target, *first.factors, False, 1, width + 1)
+        lattice, first = self.lattice, self.levels[0]
+        coarsen = galerkin_kernels.coarsen_lattice(False)
+        coarsen(example, every, lattice.across, lattice.along, *target, *first.factors, False, 1, width + 1)
         galerkin_kernels.set_factors(stencil, kind, rows, target[0], 1, width + 1)
         first.constant = stencil[:, middle, middle].copy()
         for finer, level in pairwise(self.levels):
@@ -167,11 +167,11 @@ class Hierarchy:
             level.constant = stencil[:, middle, middle].copy()
 
 
-def plans(net: Arms) -> list[Plan]:
-    """Return levels down to the smallest; a net that is not coarsened gets one of its own size."""
-    rows, columns = net.rows, net.columns
-    across, along = net.typical_arms
-    reach = net.reach * net.stiffest
+def plans(lattice: Arms) -> list[Plan]:
+    """Return levels down to the smallest; a lattice that is not coarsened gets one of its own size."""
+    rows, columns = lattice.rows, lattice.columns
+    across, along = lattice.typical_arms
+    reach = lattice.reach * lattice.stiffest
     found: list[Plan] = []
     while True:
         down, right = coarsening(rows, columns, across, along)
@@ -186,13 +186,13 @@ def plans(net: Arms) -> list[Plan]:
             return found
 
 
-def load_kernels(net: Arms) -> None:
-    """Compile or load whatever a solution on ``net`` and its coarser ones calls."""
-    precisions = [plan.precision for plan in plans(net)]
-    galerkin_kernels.coarsen_net(net.varying)
-    net_kernels(net.varying)
+def load_kernels(lattice: Arms) -> None:
+    """Compile or load whatever a solution on ``lattice`` and its coarser ones calls."""
+    precisions = [plan.precision for plan in plans(lattice)]
+    galerkin_kernels.coarsen_lattice(lattice.varying)
+    lattice_kernels(lattice.varying)
     for own in precisions:
-        exchange_kernels(net.varying, own)
+        exchange_kernels(lattice.varying, own)
         level_kernels(own)
     for own, coarser in pairwise(precisions):
         transfer_kernels(own, coarser)

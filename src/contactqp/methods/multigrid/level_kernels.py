@@ -3,8 +3,8 @@
 ``stencil[0]`` is the diagonal, ``stencil[1:5]`` are the couplings of a point to its neighbours east, north, north-east
 and north-west; the other four follow by symmetry. ``stencil[5]`` is the point's factor in Jacobi's method, zero at a
 point without a basis function. Arrays have a ring of zeros. Single precision is enough where a level only lowers the
-error by a factor. The vectors, however, are in double precision on the finest levels of large nets: there the rounding
-of a smooth correction is a rough error, and its residual a good part of the smooth one's.
+error by a factor. The vectors, however, are in double precision on the finest levels of large lattices: there the
+rounding of a smooth correction is a rough error, and its residual a good part of the smooth one's.
 """
 
 from __future__ import annotations

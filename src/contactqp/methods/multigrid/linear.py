@@ -39,9 +39,9 @@ def solve_linear(
     array([1.5, 2. , 1.5])
     """
     layout = stencil.layout.with_kind(FREE)
-    net = arms_of(stencil, layout)
+    lattice = arms_of(stencil, layout)
     with Team(threads) as team:
-        solver = nested_start(net, layout.grid(-force), layout.zeros(), team)
+        solver = nested_start(lattice, layout.grid(-force), layout.zeros(), team)
         enough = tolerance * float(np.abs(force).max())
         for _ in range(_MAX_CYCLES):
             solver.relax()

@@ -19,7 +19,7 @@ _CYCLES_FOR_A_START = 16
 
 
 def nested_start(
-    net: Arms,
+    lattice: Arms,
     q: Grid,
     height: Grid,
     team: Team,
@@ -30,7 +30,7 @@ def nested_start(
 
     Parameters
     ----------
-    net : Arms
+    lattice : Arms
     q, height : array, shape (rows + 2, columns + 2)
         Reaction that would hold the gap zero, and the ordinates that the gap is measured from, on the frame its own.
     team : Team
@@ -39,7 +39,7 @@ def nested_start(
     limits : pair of arrays
         See `ContactMultigrid`.
     """
-    nest = Nest(net, team)
+    nest = Nest(lattice, team)
     nest.begin(q, height, report, limits, keep=False)
     return nest.solver
 
@@ -49,7 +49,7 @@ class Nest:
 
     Parameters
     ----------
-    net : Arms
+    lattice : Arms
     team : Team
 
     Attributes
@@ -58,8 +58,8 @@ class Nest:
         The iteration on the lattice itself.
     """
 
-    def __init__(self, net: Arms, team: Team) -> None:
-        self.solver = ContactMultigrid(net, net.layout.zeros(), team)
+    def __init__(self, lattice: Arms, team: Team) -> None:
+        self.solver = ContactMultigrid(lattice, lattice.layout.zeros(), team)
         self._coarser: Nest | None = None
 
     def begin(
@@ -78,7 +78,7 @@ class Nest:
         solver = self.solver
         solver.restart(q, limits, solver.team)
         solver.omega[...] = 0.0
-        coarse = solver.net.coarser()
+        coarse = solver.lattice.coarser()
         if coarse is None:
             return
         coarser = Nest(coarse, solver.team)
@@ -86,7 +86,7 @@ class Nest:
         coarser.begin(coarse_q, coarse_height, report, coarse_limits, keep=keep)
         report(coarse.layout.size)
         coarser.cycle(_CYCLES_A_LEVEL)
-        solver.work = coarser.solver.work * coarse.layout.size / solver.net.layout.size + 1
+        solver.work = coarser.solver.work * coarse.layout.size / solver.lattice.layout.size + 1
         np.subtract(coarse_height, coarser.solver.omega, out=coarse_height)
         self._coarser = coarser if keep else None
         del coarser
@@ -111,12 +111,12 @@ class Nest:
             np.copyto(solver.omega, before)
             return
         coarser = self._coarser
-        coarse = coarser.solver.net
+        coarse = coarser.solver.lattice
         coarse_q, coarse_height, coarse_limits = self._coarse_problem(coarse, height)
         decrease = coarser.solver.omega * factor
         coarser.change(coarse_q, coarse_height, coarse_limits, factor=factor)
         coarser.cycle(_CYCLES_FOR_A_CHANGE)
-        solver.work = coarser.solver.work * coarse.layout.size / solver.net.layout.size + 1
+        solver.work = coarser.solver.work * coarse.layout.size / solver.lattice.layout.size + 1
         decrease -= coarser.solver.omega
         solver.start(before, decrease)
 
@@ -134,12 +134,12 @@ class Nest:
 
     def _coarse_problem(self, coarse: Arms, height: Grid) -> tuple[Grid, Grid, Limits]:
         """Return forces, heights and bounds on the next coarser lattice; ω is overwritten."""
-        solver, net = self.solver, self.solver.net
+        solver, lattice = self.solver, self.solver.lattice
         np.copyto(solver.omega, height)
         load = solver.restrict_load()
         solver.omega[...] = 0.0
-        rows = np.minimum(net.row_coarsening * np.arange(coarse.rows + 2), net.rows + 1)
-        columns = np.minimum(net.column_coarsening * np.arange(coarse.columns + 2), net.columns + 1)
+        rows = np.minimum(lattice.row_coarsening * np.arange(coarse.rows + 2), lattice.rows + 1)
+        columns = np.minimum(lattice.column_coarsening * np.arange(coarse.columns + 2), lattice.columns + 1)
         places = np.ix_(rows, columns)
         coarse_height = height[places]
         floor, ceiling = (bound[places] if bound.size else bound for bound in solver.limits)
@@ -148,9 +148,9 @@ class Nest:
         return coarse_q, coarse_height, (floor, ceiling)
 
 
-def nearly_solved(net: Arms, q: Grid, team: Team, give_up: Callable[[], bool], limits: Limits = NO_LIMITS) -> Grid:
+def nearly_solved(lattice: Arms, q: Grid, team: Team, give_up: Callable[[], bool], limits: Limits = NO_LIMITS) -> Grid:
     """Return a gap that cycles have brought close to rounding errors, or as far as a start is worth it."""
-    solver = nested_start(net, q, net.layout.zeros(), team, limits=limits)
+    solver = nested_start(lattice, q, lattice.layout.zeros(), team, limits=limits)
     for _ in range(_CYCLES_FOR_A_START):
         solver.relax()
         if solver.estimate <= solver.rest() or give_up():

@@ -1,4 +1,4 @@
-"""Compiled passes over the finest net.
+"""Compiled passes over the finest lattice.
 
 Arrays have a ring of frame points about the nodes. ``runs`` lists nodes of one kind that follow each other in a row
 (see `contactqp.geometry.runs`); ``row_start[i]`` is the first run of row i. ``floor`` and ``ceiling`` are the bounds of
@@ -191,7 +191,7 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
 
 @njit(error_model="numpy", fastmath=_FAST)
 def _expand_row(coarse, i, row_coarsening, column_coarsening, row):  # type: ignore[no-untyped-def]
-    """Interpolate the fine row i bilinearly from the coarse net."""
+    """Interpolate the fine row i bilinearly from the coarse lattice."""
     below = coarse[i // row_coarsening]
     above = coarse[min((i + row_coarsening - 1) // row_coarsening, coarse.shape[0] - 1)]
     last = below.size - 1
@@ -286,25 +286,25 @@ def start_from_coarse(  # type: ignore[no-untyped-def]
                     omega[i, j] = min(ceiling[i, j], max(floor[i, j], omega[i, j]))
 
 
-class NetKernels(NamedTuple):
-    """The passes over the net, compiled for equal or for varying arms."""
+class LatticeKernels(NamedTuple):
+    """The passes over the lattice, compiled for equal or for varying arms."""
 
     sweep: Any
     energy_slope: Any
 
 
 class ExchangeKernels(NamedTuple):
-    """The passes between the net and the first coarse level, compiled."""
+    """The passes between the lattice and the first coarse level, compiled."""
 
     restrict_residual: Any
     correct: Any
 
 
 @cache
-def net_kernels(varying: bool) -> NetKernels:
+def lattice_kernels(varying: bool) -> LatticeKernels:
     """Compile the passes for equal or varying arms, or load them."""
     problem = _problem(varying)
-    return NetKernels(
+    return LatticeKernels(
         sweep=_compiled(_sweep, f"void({_bounded(varying)}, int64, int64, int64, int64)"),
         energy_slope=_compiled(_energy_slope, f"UniTuple(float64, 2)({GRID}, {problem}, int64, int64)"),
     )
