@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..algebra.stiffness import growth_bound
 from ..foundation.brackets import Bracket, sum_above, sum_below, sum_between
@@ -162,17 +161,8 @@ class Certificate:
             high = min(high, sum_above([*problem.q, *product, *reach]))
         return Bracket(max(0.0, low) if problem.one_sided else low, high)
 
-    def contains(self, gap: ArrayLike) -> bool:
-        """Whether ``gap`` lies between the bounds at every node.
-
-        An approximate answer may leave its own enclosure by its own error. `intersects` tells whether two answers are
-        compatible.
-        """
-        omega = np.asarray(gap)
-        return bool(((self.lower <= omega) & (omega <= self.upper)).all())
-
     def intersects(self, other: Certificate) -> bool:
-        """Whether one and the same solution can satisfy both enclosures."""
+        """Whether one and the same solution can satisfy both enclosures, so that two answers are compatible."""
         return bool((np.maximum(self.lower, other.lower) <= np.minimum(self.upper, other.upper)).all())
 
     def plot(self) -> Figure:
