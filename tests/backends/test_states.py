@@ -124,13 +124,47 @@ def test_nothing_is_printed_where_contact_comes_and_goes(capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_session_with_osqps_own_defaults_calls_it_as_it_is_shipped_at_every_load():
+@pytest.mark.parametrize("warm_start", [True, False])
+def test_a_session_with_osqps_own_defaults_calls_it_as_it_is_shipped_at_every_load(monkeypatch, warm_start):
+    import osqp
+
     solver = cq.Solver(HEXAGON, "osqp", tol="default")
+    calls = counted(monkeypatch, osqp.OSQP, "solve")
     for load in (0.05, 0.02, 0.1):
-        solution = solver.solve(load=load, on_failure="ignore", warm_start=False)
+        solution = solver.solve(load=load, on_failure="ignore", warm_start=warm_start)
         assert solution.note == "OSQP as shipped: eps 0.001, rho 0.1, at most 4000 iterations"
         assert solution.termination == "solved, eps 1e-03"
         assert solution.iterations % 25 == 0
+    assert len(calls) == 3
+
+
+def test_from_the_second_load_on_osqp_polishes_before_the_judge_is_asked():
+    asked, state, start = [], None, None
+    for load in (0.06, 0.065):
+        problem = cq.gallery.paper_hexagon(load).problem
+        scaled, units = problem.scaled()
+
+        def bound(gap, problem=problem, units=units):
+            asked.append(gap)
+            return cq.certify(problem, units.gap(gap)).gap_bound / problem.gap_scale
+
+        asked.clear()
+        task = Task(1e-6, None, None, None if start is None else units.dimensionless(start), bound)
+        state = state or get_backend("osqp").prepare(scaled, task)
+        answer = state.solve(scaled.q, task, scaled)
+        start, rounds = units.gap(answer.gap), len(asked)
+    assert rounds == 1
+    assert answer.gap is asked[0]
+    assert answer.iterations < 50
+    assert bound(answer.gap) < 1e-10
+
+
+def test_the_rounds_of_a_resumed_solve_keep_the_iteration_limit():
+    solver = cq.Solver(HEXAGON, "osqp", max_iter=250)
+    assert solver.solve(load=0.1).status == "certified"
+    cut = solver.solve(load=0.001, on_failure="ignore")
+    assert (cut.status, cut.claimed_solved) == ("iteration_limit", False)
+    assert cut.iterations == 250
 
 
 @pytest.mark.parametrize("trouble", [KeyboardInterrupt, ZeroDivisionError])
@@ -149,6 +183,25 @@ def test_a_workspace_that_was_interrupted_is_not_used_again(monkeypatch, trouble
         with pytest.raises(trouble):
             solver.solve(load=0.04)
     assert len(setups) == 1
+    assert solver.solve(load=0.03).status == "certified"
+    assert len(setups) == 2
+
+
+def test_a_workspace_that_failed_is_not_used_again(monkeypatch):
+    import osqp
+
+    setups = counted(monkeypatch, osqp.OSQP, "setup")
+    solver, original = cq.Solver(HEXAGON, "osqp"), osqp.OSQP.solve
+
+    def failing(self, raise_error):
+        result = original(self, raise_error=raise_error)
+        result.info.status = "problem non convex"
+        return result
+
+    with monkeypatch.context() as patch:
+        patch.setattr(osqp.OSQP, "solve", failing)
+        failed = solver.solve(load=0.04, on_failure="ignore")
+    assert (failed.status, failed.termination, failed.finite) == ("failed", "problem non convex, eps 1e-04", False)
     assert solver.solve(load=0.03).status == "certified"
     assert len(setups) == 2
 
@@ -173,6 +226,16 @@ def test_clarabel_is_made_anew_where_its_data_must_not_be_changed(monkeypatch):
     for q in ([-1.0, -2.0], [-3.0, 1.0]):
         np.testing.assert_allclose(solver.solve(q=q).gap, np.clip(-np.array(q), 0.0, [np.inf, 1.0]), atol=1e-6)
     assert len(solvers) == 2
+
+
+def test_a_round_of_clarabel_that_is_cut_short_is_followed_by_the_next(monkeypatch):
+    from contactqp.backends import clarabel
+
+    monkeypatch.setattr(clarabel, "_ROUND_ITER", 3)
+    solution = cq.solve(HEXAGON, "clarabel", on_failure="ignore")
+    assert (solution.status, solution.iterations, solution.claimed_solved) == ("inaccurate", 9, False)
+    limited = cq.solve(HEXAGON, "clarabel", max_iter=5, on_failure="ignore")
+    assert (limited.status, limited.iterations) == ("iteration_limit", 5)
 
 
 def test_every_solve_of_a_state_has_its_own_clock():

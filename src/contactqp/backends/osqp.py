@@ -22,6 +22,7 @@ from .tightening import Round, tightened
 _MAX_ITER = 200_000
 _TIGHTEST = 1e-14
 _NEVER = 1e-15
+_FIXED = {"polishing": False, "verbose": False, "warm_starting": True}
 _OFTEN = 8
 """Iterations between tests for termination where a solve goes on from the load before: few may do."""
 
@@ -99,18 +100,10 @@ class _Workspace(State):
         from scipy import sparse
 
         def work() -> Any:
+            matrix = sparse.csc_matrix(sparse.triu(problem.G, format="csc"))
+            rows = sparse.csc_matrix(sparse.eye_array(problem.size))
             solver = osqp.OSQP()
-            solver.setup(
-                sparse.csc_matrix(sparse.triu(problem.G, format="csc")),
-                problem.q.copy(),
-                sparse.csc_matrix(sparse.eye_array(problem.size)),
-                problem.lower,
-                problem.upper,
-                polishing=False,
-                verbose=False,
-                warm_starting=True,
-                **self._settings,
-            )
+            solver.setup(matrix, problem.q.copy(), rows, problem.lower, problem.upper, **_FIXED, **self._settings)
             return solver
 
         started = time.perf_counter()
