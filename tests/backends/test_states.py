@@ -254,3 +254,16 @@ def test_options_are_read_from_prepare(name):
     assert "eps" in backend.options()
     with pytest.raises(TypeError, match=f"backend '{name}' has no option 'epsilon'; did you mean 'eps'"):
         cq.Solver(HEXAGON, name, epsilon=1e-9)
+
+
+def test_active_sets_go_on_with_the_forces_that_multigrid_was_given(monkeypatch):
+    from contactqp.backends import multigrid
+
+    monkeypatch.setattr(multigrid._Log, "outcome", lambda *_: (Stop.FAILED, "stalled"))
+    problem, other = (cq.gallery.paper_hexagon(load).problem for load in (0.02, 0.03))
+    scaled, _ = problem.scaled()
+    task = Task(1e-9, None, None, None, lambda gap: 0.0)
+    forces = other.q * (scaled.q[0] / problem.q[0])
+    answer = get_backend("multigrid").prepare(scaled, task).solve(forces, task)
+    exact = cq.solve(scaled.with_forces(forces), "active-set", tol=1e-9)
+    np.testing.assert_allclose(answer.gap, exact.gap, atol=1e-9)

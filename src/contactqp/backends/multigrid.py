@@ -14,7 +14,7 @@ from ..foundation.progress import compiling
 from ..foundation.threads import Team
 from ..problem.contact_qp import ContactQP
 from .active_set import iterate, prepared
-from .base import Answer, Backend, Need, State, Stop, Task
+from .base import Answer, Backend, Need, State, Stop, Task, as_it_is_now
 
 if TYPE_CHECKING:
     from ..methods.multigrid.contact import ContactMultigrid
@@ -84,7 +84,7 @@ class _Prepared(State):
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
         """See `State.solve`."""
         started = time.perf_counter()
-        arms, problem = self._arms, self._problem if problem is None else problem
+        arms, problem = self._arms, as_it_is_now(self._problem, q, problem)
         budget = _MAX_CYCLES if task.max_iter is None else task.max_iter
         log = _Log(arms.reach)
         outcome: tuple[Stop, str] | None = None
