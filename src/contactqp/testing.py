@@ -310,7 +310,7 @@ def _list_nodes(nodes: NDArray[np.intp], line: Callable[[int], str]) -> str:
 
 
 def _whose(solution: Solution) -> str:
-    return f"{solution.backend}'s answer to {solution.problem if solution.model is None else solution.model!r}"
+    return f"{solution.backend}'s answer to {solution.subject!r}"
 
 
 def _worst_difference(problem: ContactQP | ContactModel, comparison: Comparison) -> str:

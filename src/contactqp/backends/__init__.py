@@ -44,8 +44,7 @@ def backend_names() -> list[str]:
     >>> cq.backend_names()[:4]
     ['osqp', 'clarabel', 'mangasarian', 'psor']
     """
-    own = [name for name in TABLE if not name.endswith(":")]
-    return [*own, *(name for name in _outsiders() if name not in TABLE)]
+    return [*_own_names(), *(name for name in _outsiders() if name not in TABLE)]
 
 
 def get_backend(backend: str | Backend) -> Backend:
@@ -82,9 +81,7 @@ def get_backend(backend: str | Backend) -> Backend:
 def suitable_backends(problem: ContactQP) -> list[str]:
     """Return the names of the package's own backends whose methods suit the problem."""
     found = []
-    for name in TABLE:
-        if name.endswith(":"):
-            continue
+    for name in _own_names():
         try:
             get_backend(name).check_problem(problem)
         except UnsuitableProblemError:
@@ -119,6 +116,11 @@ def choose_backend(problem: ContactQP) -> tuple[str, str]:
     if problem.stencil is not None:
         return "multigrid", f"auto: a lattice with {problem.size} nodes"
     return "active-set", f"auto: an M-matrix with {problem.size} unknowns"
+
+
+def _own_names() -> list[str]:
+    """Return the names in the table, without its families."""
+    return [name for name in TABLE if not name.endswith(":")]
 
 
 @cache

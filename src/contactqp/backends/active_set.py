@@ -15,7 +15,7 @@ from ..foundation.threads import Team
 from ..methods.active_set.primal_dual import ActiveSet
 from ..methods.factors import DIRECT_SIZE
 from ..problem.contact_qp import ContactQP
-from .base import Answer, Backend, Need, State, Stop, Task
+from .base import Answer, Backend, Need, State, Stop, Task, as_it_is_now
 
 _MAX_STEPS = 500
 _LOOK_EVERY = 20
@@ -59,9 +59,8 @@ class _Prepared(State):
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
         """See `State.solve`."""
         started = time.perf_counter()
-        if problem is None:
-            problem = self._problem if q is self._problem.q else self._problem.with_forces(q, gap_scale=1.0)
-        self._solver.restart(q, problem.lower, _upper(problem))
+        problem = as_it_is_now(self._problem, q, problem)
+        self._solver.restart(q, problem.lower, problem.bounds.upper_if_any)
         _start(self._solver, problem, task)
         setup_seconds, self._setup_seconds = time.perf_counter() - started + self._setup_seconds, 0.0
         budget = _MAX_STEPS if task.max_iter is None else task.max_iter
@@ -86,21 +85,22 @@ def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:
 
 def prepared(problem: ContactQP, task: Task) -> ActiveSet:
     """Return the iteration at ω = 0."""
-    units = np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
-    solver = ActiveSet(problem.G, problem.q, problem.lower, _upper(problem), units.min() / units)
+    units = _units(problem, task)
+    bounds = problem.lower, problem.bounds.upper_if_any
+    solver = ActiveSet(problem.G, problem.q, *bounds, units.min() / units)
     if not solver.direct:
         with compiling("active-set"):
             from ..methods.amg import sparse_kernels  # noqa: F401  (compiles)
     return solver
 
 
-def _upper(problem: ContactQP) -> Vector:
-    return np.zeros(0) if problem.one_sided else problem.upper
+def _units(problem: ContactQP, task: Task) -> Vector:
+    return np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
 
 
 def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
     """Return a gap by multigrid if the matrix is that of a lattice, whether it was given so or not; else None."""
-    units = np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
+    units = _units(problem, task)
     relative = units / units.max()
     stencil = problem.stiffness.in_units(1 / relative).recognised_lattice()
     if stencil is None:

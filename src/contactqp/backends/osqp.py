@@ -222,9 +222,7 @@ def _vectors(problem: ContactQP) -> dict[str, Vector]:
 
 def _reaction(problem: ContactQP, gap: Vector) -> Vector:
     """Return the reaction R of the bounds that a warm start suggests."""
-    reaction = problem.stiffness.matvec(gap) + problem.q
-    lower, upper = np.isfinite(problem.lower), np.isfinite(problem.upper)
-    return np.clip(reaction, np.where(upper, -np.inf, 0.0), np.where(lower, np.inf, 0.0))
+    return problem.bounds.admissible_reaction(problem.stiffness.matvec(gap) + problem.q)
 
 
 def _in_contact(problem: ContactQP, gap: Vector, multiplier: Vector) -> bool:

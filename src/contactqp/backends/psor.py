@@ -93,8 +93,7 @@ class Psor(Backend):
             red_black = order == "red-black"
             sweeper = LatticeSweeper(lattice, problem.layout, problem.q, start, limits, unit, red_black=red_black)
         else:
-            upper = np.zeros(0) if problem.one_sided else problem.upper
-            bounds = problem.lower, upper
+            bounds = problem.lower, problem.bounds.upper_if_any
             sweeper = SparseSweeper(problem.stiffness, problem.q, start, *bounds, task.length_unit)
         rule: _Rule
         if stopping == "certified":

@@ -28,7 +28,18 @@ def subject_of(posed: Posed) -> ContactModel | ContactQP:
     return posed.problem if posed.model is None else posed.model
 
 
-class Enclosed(Protocol):
+class Held(Protocol):
+    """Nodes by the bound that holds them, shape (n,) each: the support, the upper bound, either."""
+
+    @property
+    def contact_lower(self) -> Mask: ...  # noqa: D102
+    @property
+    def contact_upper(self) -> Mask: ...  # noqa: D102
+    @property
+    def contact(self) -> Mask: ...  # noqa: D102
+
+
+class Enclosed(Held, Protocol):
     """Bounds that the exact gap provably satisfies, node by node: what a view reads of a `Certificate`.
 
     Attributes
@@ -51,12 +62,6 @@ class Enclosed(Protocol):
     def upper(self) -> Vector: ...  # noqa: D102
     @property
     def gap_bound(self) -> float: ...  # noqa: D102
-    @property
-    def contact_lower(self) -> Mask: ...  # noqa: D102
-    @property
-    def contact_upper(self) -> Mask: ...  # noqa: D102
-    @property
-    def contact(self) -> Mask: ...  # noqa: D102
     @property
     def clear(self) -> Mask: ...  # noqa: D102
     @property
@@ -85,7 +90,7 @@ def states_of(certificate: Enclosed) -> NDArray[np.int64]:
     return states
 
 
-class Answered(Protocol):
+class Answered(Posed, Held, Protocol):
     """An answer and what it is worth: what a view reads of a `Solution`.
 
     Attributes
@@ -108,10 +113,6 @@ class Answered(Protocol):
     """
 
     @property
-    def problem(self) -> ContactQP: ...  # noqa: D102
-    @property
-    def model(self) -> ContactModel | None: ...  # noqa: D102
-    @property
     def backend(self) -> str: ...  # noqa: D102
     @property
     def status(self) -> str: ...  # noqa: D102
@@ -129,12 +130,6 @@ class Answered(Protocol):
     def reaction(self) -> Vector: ...  # noqa: D102
     @property
     def contact_pressure(self) -> Vector: ...  # noqa: D102
-    @property
-    def contact_lower(self) -> Mask: ...  # noqa: D102
-    @property
-    def contact_upper(self) -> Mask: ...  # noqa: D102
-    @property
-    def contact(self) -> Mask: ...  # noqa: D102
     @property
     def certificate(self) -> Enclosed | None: ...  # noqa: D102
     @property

@@ -80,6 +80,11 @@ class Bounds:
         """Whether there is no upper bound anywhere."""
         return not np.isfinite(_distinct(self.upper)).any()
 
+    @property
+    def upper_if_any(self) -> Vector:
+        """The upper bounds, shape (n,), or an empty vector where there is none at all, as kernels take them."""
+        return np.zeros(0) if self.one_sided else self.upper
+
     @cached_property
     def standard(self) -> bool:
         """Whether every bound is a lower one, and zero."""
@@ -97,6 +102,14 @@ class Bounds:
         """Return the admissible vector nearest to a gap, node by node, shape (n,)."""
         above = np.maximum(gap, self.lower)
         return above if self.one_sided else np.minimum(above, self.upper, out=above)
+
+    def admissible_reaction(self, reaction: Vector) -> Vector:
+        """Return the reaction nearest to one that the bounds can exert, node by node (force), shape (n,).
+
+        R ≥ 0 where there is no upper bound, R ≤ 0 where there is no lower one, and 0 where there is neither.
+        """
+        pushed = np.where(self.supported, np.maximum(reaction, 0.0), 0.0)
+        return pushed if self.one_sided else pushed + np.where(np.isfinite(self.upper), np.minimum(reaction, 0.0), 0.0)
 
     def natural_map(self, gap: Vector, correction: Vector) -> Vector:
         """Return ω - P(ω - c), with P the projection: zero at the solution only, if c is R/G_ii.

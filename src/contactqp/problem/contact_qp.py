@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,9 @@ from .facts import MatrixFacts
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
+
+_GapScale: TypeAlias = "float | Callable[[Barrier | None], float | None] | None"
+"""A length, or what finds one by the barrier; None leaves it to the problem."""
 
 
 @dataclass(frozen=True)
@@ -120,13 +123,12 @@ class ContactQP:
         upper: ArrayLike = np.inf,
         *,
         supported: ArrayLike | None = None,
-        gap_scale: float | Callable[[Barrier | None], float | None] | None = None,
+        gap_scale: _GapScale = None,
         reference: Vector | float | None = None,
         frame_reference: Grid | None = None,
     ) -> None:
         stiffness = G if isinstance(G, Stiffness) else SparseStiffness.of(G)
-        if gap_scale is not None and not callable(gap_scale):
-            gap_scale = positive_number(gap_scale, "gap_scale")
+        gap_scale = _checked_scale(gap_scale)
         self._fill(
             MatrixFacts(stiffness),
             read_only(vector(q, stiffness.size, "q")),
@@ -141,7 +143,7 @@ class ContactQP:
         facts: MatrixFacts,
         q: Vector,
         bounds: Bounds,
-        gap_scale: float | Callable[[Barrier | None], float | None] | None,
+        gap_scale: _GapScale,
         reference: Vector | float | None,
         frame_reference: Grid | None,
     ) -> None:
@@ -151,11 +153,18 @@ class ContactQP:
         self.reference = bounds.nearest_zero if reference is None else reference
         self.frame_reference = frame_reference
 
+    @classmethod
+    def _of(cls, *parts: Any) -> ContactQP:
+        """Return the problem that consists of what `_fill` takes."""
+        problem = cls.__new__(cls)
+        problem._fill(*parts)
+        return problem
+
     def with_forces(
         self,
         q: ArrayLike,
         *,
-        gap_scale: float | Callable[[Barrier | None], float | None] | None = None,
+        gap_scale: _GapScale = None,
         reference: Vector | float | None = None,
     ) -> ContactQP:
         """Return the problem with other forces; it shares the matrix, the bounds and all that is known of them.
@@ -181,18 +190,10 @@ class ContactQP:
         >>> cq.solve(problem.with_forces([-2.0, 3.0])).gap
         array([1., 0.])
         """
-        if gap_scale is not None and not callable(gap_scale):
-            gap_scale = positive_number(gap_scale, "gap_scale")
-        problem = ContactQP.__new__(ContactQP)
-        problem._fill(
-            self.facts,
-            read_only(vector(q, self.size, "q")),
-            self.bounds,
-            gap_scale,
-            self.reference if reference is None else reference,
-            self.frame_reference,
-        )
-        return problem
+        gap_scale = _checked_scale(gap_scale)
+        forces = read_only(vector(q, self.size, "q"))
+        reference = self.reference if reference is None else reference
+        return ContactQP._of(self.facts, forces, self.bounds, gap_scale, reference, self.frame_reference)
 
     @property
     def stiffness(self) -> Stiffness:
@@ -375,15 +376,13 @@ class ContactQP:
             q = read_only(self._forces_at_origin / units.force)
         if not (np.isfinite(q).all() and stiffness.finite):
             raise ValueError("the ranges of G and q are too wide for double precision: the scaled problem overflows")
-        problem = ContactQP.__new__(ContactQP)
         if isinstance(self.reference, float) or not isinstance(origin, float):
             reference = (self.reference - origin) / units.length
         else:
             reference = times(self.reference, 1 / units.length)
         frame = None if self.frame_reference is None else self.frame_reference / units.length
         bounds = self.bounds.scaled(origin, units.length)
-        problem._fill(self.facts.scaled, q, bounds, 1.0, reference, frame)
-        return problem, units
+        return ContactQP._of(self.facts.scaled, q, bounds, 1.0, reference, frame), units
 
     def __repr__(self) -> str:
         kind = "M-matrix" if self.is_z_matrix else "no Z-matrix"
@@ -391,3 +390,7 @@ class ContactQP:
         unsupported = f", {free} unsupported" if free else ""
         ceiling = "" if self.one_sided else f", {int(np.count_nonzero(np.isfinite(self.upper)))} with an upper bound"
         return f"ContactQP({self.size} unknowns, {self.stiffness.nonzeros} nonzeros, {kind}{unsupported}{ceiling})"
+
+
+def _checked_scale(value: _GapScale) -> _GapScale:
+    return value if value is None or callable(value) else positive_number(value, "gap_scale")

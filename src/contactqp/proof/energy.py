@@ -113,11 +113,7 @@ def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket
     _, algebra = split(problem)
     omega = vector(gap, algebra.size, "gap")
     admissible = algebra.project(omega)
-    reaction = algebra.reaction(admissible)
-    pressed = np.where(algebra.supported, np.maximum(reaction, 0.0), 0.0)
-    reaction = (
-        pressed if algebra.one_sided else pressed + np.where(np.isfinite(algebra.upper), np.minimum(reaction, 0.0), 0.0)
-    )
+    reaction = algebra.bounds.admissible_reaction(algebra.reaction(admissible))
     return Bracket(-complementary_energy(algebra, reaction), potential_energy(algebra, admissible))
 
 

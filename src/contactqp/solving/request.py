@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..foundation.checks import integer_at_least, positive_number
+from ..backends.base import Task
+from ..foundation.checks import Vector, integer_at_least, positive_number
+from ..foundation.progress import Progress, silent
+from ..problem.contact_qp import ContactQP, Units
 from .tolerances import Tolerance, tolerance_of
 
 
@@ -56,4 +59,41 @@ class Request:
             None if max_iter is None else integer_at_least(max_iter, 1, "max_iter"),
             None if time_limit is None else positive_number(time_limit, "time_limit"),
             dict(options or {}),
+        )
+
+    def task(
+        self,
+        problem: ContactQP,
+        units: Units,
+        bound: Callable[[Vector], float],
+        *,
+        warm_start: Vector | None = None,
+        progress: Progress | None = None,
+        keeps: bool = False,
+        resumes: bool = False,
+    ) -> Task:
+        """Return the task that a backend is given, whose clock starts now.
+
+        Parameters
+        ----------
+        problem : ContactQP
+            As posed, not scaled.
+        units : Units
+            Those of the dimensionless problem.
+        bound, warm_start, progress, keeps, resumes
+            See `Task`; by default no progress is shown.
+        """
+        return Task(
+            tol=self.tolerance.tol,
+            max_iter=self.max_iter,
+            time_limit=self.time_limit,
+            warm_start=warm_start,
+            bound=bound,
+            length_unit=units.length,
+            gap_scale=problem.gap_scale,
+            progress=silent() if progress is None else progress,
+            own_defaults=self.tolerance.own_defaults,
+            given=frozenset(self.options),
+            keeps=keeps,
+            resumes=resumes,
         )

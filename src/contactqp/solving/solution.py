@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ..backends.base import Backend, State, Stop, Task
+from ..backends.base import Backend, State, Stop
 from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, read_only
@@ -174,17 +174,12 @@ class Solution:
         scaled, units = problem.scaled()
         questions = _Questions(problem, units)
         with Progress(f"{backend.name} · {problem.size} unknowns") as progress:
-            task = Task(
-                tol=request.tolerance.tol,
-                max_iter=request.max_iter,
-                time_limit=request.time_limit,
+            task = request.task(
+                problem,
+                units,
+                questions.bound,
                 warm_start=None if warm_start is None else units.dimensionless(warm_start),
-                bound=questions.bound,
-                length_unit=units.length,
-                gap_scale=problem.gap_scale,
                 progress=progress,
-                own_defaults=request.tolerance.own_defaults,
-                given=frozenset(request.options),
                 keeps=state is not None,
                 resumes=resumes,
             )

@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..backends.base import Backend, State, Task
-from ..foundation.checks import Vector, one_of, vector
+from ..backends.base import Backend, State
+from ..foundation.checks import Vector, one_of
 from ..models.base import ContactModel, split
 from ..models.varied import with_lift, with_load_of, with_support, with_tension
 from ..problem.contact_qp import ContactQP
 from .choice import chosen_backend
 from .request import Request
 from .solution import OnFailure, Solution
+from .solve import started_from
 
 
 class Solver:
@@ -158,19 +159,7 @@ class Solver:
         mark = problem.facts.scaled, problem.bounds.kinds
         if self._state is None or any(one is not other for one, other in zip(mark, self._prepared_for, strict=True)):
             scaled, units = problem.scaled()
-            tolerance = self._request.tolerance
-            task = Task(
-                tol=tolerance.tol,
-                max_iter=self._request.max_iter,
-                time_limit=self._request.time_limit,
-                warm_start=None,
-                bound=lambda gap: np.inf,
-                length_unit=units.length,
-                gap_scale=problem.gap_scale,
-                own_defaults=tolerance.own_defaults,
-                given=frozenset(self._request.options),
-                keeps=True,
-            )
+            task = self._request.task(problem, units, lambda gap: np.inf, keeps=True)
             self._state = self.backend.prepare(scaled, task, **self._request.options)
             self._prepared_for = mark
         return self._state
@@ -178,7 +167,7 @@ class Solver:
     def _start(self, value: bool | ArrayLike | Solution, problem: ContactQP) -> Vector | None:
         if isinstance(value, (bool, np.bool_)):
             return self._last if value else None
-        return vector(value.gap if isinstance(value, Solution) else value, problem.size, "warm_start")
+        return started_from(value, problem)
 
     def _varied(
         self, load: Any, support: Any, tension: float | None, lift: float | None, q: ArrayLike | None
