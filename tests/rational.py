@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 from itertools import product
 
@@ -44,7 +45,7 @@ def exact_solution(problem, guess=None):
         1: [Fraction(float(x)) if np.isfinite(x) else None for x in problem.upper],
     }
     choices = [(0, *(state for state in (-1, 1) if bounds[state][i] is not None)) for i in range(size)]
-    patterns = product(*choices)
+    patterns: Iterable[tuple[int, ...]] = product(*choices)
     if guess is not None:
         guess = np.where(guess | ~problem.supported, 0, -1) if np.asarray(guess).dtype == bool else guess
         patterns = [tuple(int(x) for x in guess), *patterns]

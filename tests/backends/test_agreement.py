@@ -158,8 +158,9 @@ def test_forces_and_stiffness_scale_out(problem, factor):
 
 
 def test_the_answer_has_the_hexagons_symmetry():
-    solution = cq.solve(cq.gallery.paper_hexagon(), "psor")
-    grid = solution.model.lattice.scatter(solution.gap, fill=0.0)
+    membrane = cq.gallery.paper_hexagon()
+    solution = cq.solve(membrane, "psor")
+    grid = membrane.lattice.scatter(solution.gap, fill=0.0)
     for mirrored in (grid[::-1], grid[:, ::-1]):
         np.testing.assert_allclose(mirrored, grid, atol=2e-6 * solution.problem.gap_scale)
 

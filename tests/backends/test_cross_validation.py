@@ -1,6 +1,8 @@
 """Answers of programs that know nothing of contactqp, certified; and models written a second time, independently."""
 
-import cvxpy as cp
+from typing import Any
+
+import cvxpy
 import numpy as np
 import pytest
 import qpsolvers
@@ -9,6 +11,7 @@ from scipy import sparse
 import contactqp as cq
 from contactqp.testing import assert_complementary
 
+cp: Any = cvxpy
 MODEL = cq.gallery.paper_hexagon(0.05)
 
 

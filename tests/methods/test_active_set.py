@@ -1,5 +1,7 @@
 """Active sets: the algebraic hierarchy, the iteration's promises, and polishing other answers."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -84,7 +86,7 @@ def test_the_cycle_is_a_symmetric_preconditioner_whose_iterations_hardly_grow():
         while np.abs(residual).max() > 1e-8:
             count += 1
             preconditioned = full.cycle(residual)
-            product = residual @ preconditioned
+            product: Any = residual @ preconditioned
             direction = preconditioned + product / before * direction
             before = product
             step = product / (direction @ (problem.G @ direction))

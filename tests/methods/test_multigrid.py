@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -64,7 +65,7 @@ def lattices(draw, max_side=11):
     rng = np.random.default_rng(draw(st.integers(0, 9999)))
     kind = draw(st.sampled_from(["equal", "anisotropic", "varying"]))
     if kind == "varying":
-        arms = (
+        arms: Any = (
             rng.uniform(0.5, 1.5, (mask.shape[0], mask.shape[1] + 1)),
             rng.uniform(0.5, 1.5, (mask.shape[0] + 1, mask.shape[1])),
         )
@@ -173,9 +174,10 @@ def test_coarse_operators_are_galerkin_products_of_the_truncated_operator(case):
     truncated = np.zeros((lattice.rows * lattice.columns,) * 2)
     place = np.flatnonzero(lattice.layout.mask.ravel())[active]
     truncated[np.ix_(place, place)] = problem.G.toarray()[np.ix_(active, active)]
-    operator, rows, columns = truncated, lattice.rows, lattice.columns
+    operator = truncated
+    size: Any = lattice.rows, lattice.columns
     for level in hierarchy.levels:
-        interpolate = interpolation(level.plan, rows, columns)
+        interpolate = interpolation(level.plan, *size)
         operator = interpolate.T @ operator @ interpolate
         np.testing.assert_allclose(stencil_matrix(level), operator, atol=2e-6)
         diagonal, factor = np.diag(operator), level.stencil[5, 1:-1, 1:-1].ravel()
@@ -184,7 +186,7 @@ def test_coarse_operators_are_galerkin_products_of_the_truncated_operator(case):
         root = np.sqrt(factor[used])
         scaled = root[:, None] * operator[np.ix_(used, used)] * root
         assert not used.any() or np.linalg.eigvalsh(scaled).max() < 16 / 9 + 1e-4
-        rows, columns = level.plan.rows, level.plan.columns
+        size = level.plan.rows, level.plan.columns
 
 
 def test_the_coarse_operator_of_the_five_point_one_is_that_of_bilinear_elements():

@@ -141,7 +141,7 @@ def test_the_automatic_factor_is_the_same_in_other_units():
     plain = cq.solve(cq.gallery.bowl(31), "psor").iterations
     problem = cq.gallery.bowl(31).problem
     for scale in (1e-12, 1e12):
-        stencil = problem.stencil.scaled(scale)
+        stencil = cq.gallery.bowl(31).stencil.scaled(scale)
         scaled = cq.ContactQP(stencil, problem.q * scale, gap_scale=problem.gap_scale)
         assert cq.solve(scaled, "psor").iterations == plain
 

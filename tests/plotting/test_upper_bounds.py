@@ -53,7 +53,7 @@ def test_dots_of_a_net_at_the_upper_bound():
     (dots,) = (
         dots
         for dots in axes.collections
-        if len(dots.get_offsets()) > 1 and (dots.get_facecolor() == to_rgba(CONTACT_UPPER)).all()
+        if len(dots.get_offsets()) > 1 and np.all(dots.get_facecolor() == to_rgba(CONTACT_UPPER))
     )
     expected = net.positions[net.free][solution.certificate.contact_upper]
     np.testing.assert_array_equal(dots.get_offsets(), expected)

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -80,7 +82,7 @@ def test_a_bare_problem_has_no_deflection():
 
 def test_pictures_show_themselves_in_a_notebook():
     bare = cq.solve(cq.ContactQP(np.eye(2), [-1.0, 1.0]), "clarabel")
-    figure = bare.plot()
+    figure: Any = bare.plot()
     assert figure._repr_png_().startswith(b"\x89PNG")
     assert "Gap and reaction" in texts(figure)
 

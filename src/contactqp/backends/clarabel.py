@@ -86,16 +86,21 @@ class Clarabel(Backend):
                 settings.tol_feas = _FEASIBILITY
             for name, value in passed_on.items():
                 setattr(settings, name, value)
-            rows = np.flatnonzero(problem.supported)
-            held = sparse.csc_array(
-                (np.full(rows.size, -1.0), (np.arange(rows.size), rows)), shape=(rows.size, problem.size)
-            )
-            cones = [clarabel.NonnegativeConeT(rows.size)] if rows.size else []
+            # Without an interior between two bounds there is no interior point: there the bound is an equation.
+            fixed = problem.lower == problem.upper
+            equal, below = np.flatnonzero(fixed), np.flatnonzero(problem.supported & ~fixed)
+            above = np.flatnonzero(np.isfinite(problem.upper) & ~fixed)
+            columns = np.concatenate([equal, below, above])
+            signs = np.concatenate([np.ones(equal.size), np.full(below.size, -1.0), np.ones(above.size)])
+            limits = np.concatenate([problem.lower[equal], -problem.lower[below], problem.upper[above]])
+            held = sparse.csc_array((signs, (np.arange(columns.size), columns)), shape=(columns.size, problem.size))
+            sizes = (clarabel.ZeroConeT, equal.size), (clarabel.NonnegativeConeT, below.size + above.size)
+            cones = [cone(size) for cone, size in sizes if size]
             solver = clarabel.DefaultSolver(
                 sparse.csc_matrix(sparse.triu(problem.G, format="csc")) * weight,
                 problem.q * weight,
                 sparse.csc_matrix(held),
-                np.zeros(rows.size),
+                limits + 0.0,
                 cones,
                 settings,
             )

@@ -6,6 +6,7 @@ Mangasarian, *Linear complementarity problems solvable by a single linear progra
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from functools import partial
 from typing import Any, ClassVar, Literal
 
@@ -21,10 +22,12 @@ _TIGHTEST = 1e-10
 
 
 class Mangasarian(Backend):
-    r"""min cᵀω over the feasible set {ω ≥ 0, Gω + q ≥ 0}, for any c > 0.
+    r"""min cᵀω over the feasible set {ω ≥ l, Gω + q ≥ 0}, for any c > 0.
 
     For a Z-matrix G that set has a least element, and it solves the complementarity problem; every positive cost
-    finds it. For other matrices the program has an optimum that solves nothing, so they are refused. After Ctrl-C the
+    finds it. For other matrices the program has an optimum that solves nothing, so they are refused. So are problems
+    with an upper bound: where it holds a node the reaction is negative, the solution does not lie in the set, and the
+    set that it does lie in is not convex. After Ctrl-C the
     call returns at once, but HiGHS, which cannot be told to stop, runs on in the background until it is done.
     """
 
@@ -33,7 +36,7 @@ class Mangasarian(Backend):
     package: ClassVar[str] = "scipy"
     has_own_defaults: ClassVar[bool] = True
     reachable_tol: ClassVar[float | None] = 1e-9
-    needs: ClassVar[frozenset[Need]] = frozenset({Need.Z_MATRIX})
+    needs: ClassVar[Collection[Need]] = (Need.Z_MATRIX, Need.ONE_SIDED)
 
     def solve(
         self,
@@ -78,8 +81,7 @@ class Mangasarian(Backend):
         if task.max_iter is not None:
             options["maxiter"] = task.max_iter
         started = time.perf_counter()
-        lower = np.where(problem.supported, 0.0, -np.inf)
-        bounds = np.column_stack([lower, np.full(problem.size, np.inf)])
+        bounds = np.column_stack([problem.lower, problem.upper])
         constraint = -problem.G
         setup_seconds = time.perf_counter() - started
 
