@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from ..backends import choose_backend, get_backend, suitable_backends
@@ -15,6 +16,7 @@ from ..problem.contact_qp import ContactQP
 from ..solving.choice import chosen_backend
 from ..solving.request import Request
 from ..solving.solution import Solution
+from ..solving.solver import Solver
 from .comparison import Comparison
 from .outcome import Outcome, Refusal
 from .provenance import Provenance, machine, versions_of
@@ -50,7 +52,8 @@ def compare(
     options : mapping of str to mapping, optional
         Options of a backend, by its name. Those of a backend that cannot be imported are not checked.
     repeats : int
-        Runs of each backend after the first, for `Row.warm_seconds`.
+        Runs of each backend after the first, for `Row.warm_seconds`: in one session (see `Solver`), in which the
+        backend keeps what it has set up.
 
     Returns
     -------
@@ -94,9 +97,9 @@ def compare(
         if isinstance(had, Refusal):
             outcomes.append(Outcome(name, had))
             continue
-        first, *again = (_attempt(problem, asked[name], requests[name]) for _ in range(1 + repeats))
-        warm = min((run.seconds for run in again if isinstance(run, Solution)), default=None)
-        outcomes.append(Outcome(name, first, warm))
+        first = _tried(partial(_solved, problem, asked[name], requests[name]))
+        again = _solved_again(problem, asked[name], requests[name], repeats) if isinstance(first, Solution) else []
+        outcomes.append(Outcome(name, first, min((run.seconds for run in again), default=None)))
     return Comparison(problem, outcomes, request.tolerance, provenance)
 
 
@@ -123,11 +126,34 @@ def _found(backend: str | Backend, problem: ContactQP) -> Backend | Refusal:
         return Refusal.by(error)
 
 
-def _attempt(subject: ContactQP | ContactModel, backend: str | Backend, request: Request) -> Solution | Refusal:
-    """Return a backend's answer, or the refusal that an error on the way stands for."""
+def _solved(subject: ContactQP | ContactModel, backend: str | Backend, request: Request) -> Solution:
+    """Return a backend's answer, whatever it is worth."""
+    method, note = chosen_backend(backend, split(subject)[1], request.options)
+    return Solution.by(method, subject, request, note=note)
+
+
+def _solved_again(
+    subject: ContactQP | ContactModel, backend: str | Backend, request: Request, repeats: int
+) -> list[Solution]:
+    """Return the answers of further runs in one session, which keeps the backend's set-up but not the last answer."""
+    if not repeats:
+        return []
+    session = Solver(
+        subject,
+        backend,
+        tol=request.tolerance.setting or request.tolerance.tol,
+        max_iter=request.max_iter,
+        time_limit=request.time_limit,
+        **request.options,
+    )
+    runs = (_tried(partial(session.solve, warm_start=False, on_failure="ignore")) for _ in range(repeats))
+    return [run for run in runs if isinstance(run, Solution)]
+
+
+def _tried(solve: Callable[[], Solution]) -> Solution | Refusal:
+    """Return an answer, or the refusal that an error on the way to it stands for."""
     try:
-        method, note = chosen_backend(backend, split(subject)[1], request.options)
-        return Solution.by(method, subject, request, note=note)
+        return solve()
     except (KeyboardInterrupt, SystemExit):
         raise
     except BaseException as error:  # whatever a library throws, a panic of compiled code too, is a finding about it

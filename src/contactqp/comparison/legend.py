@@ -36,7 +36,7 @@ _SUPPORTED: dict[str, str] = {
     "boundary distance": "Hausdorff distance of the free boundary from the best answer's (length), in middles of the "
     "lattice's arms; inf if only one has a free boundary.",
     "cold, warm": "Seconds of the first run, with scaling, compiling where it is due, and judging; and of the fastest "
-    "of the runs after it.",
+    "of the runs after it, for which the backend kept its set-up.",
     "set-up, solve": "Seconds of the first run that the backend spent on conversion and factorisation, and on "
     "iterating.",
 }
