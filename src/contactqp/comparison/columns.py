@@ -68,7 +68,10 @@ COLUMNS = (
     Column(lambda row: number(row.contact_jaccard), "", _CONTACT, "Jaccard distance"),
     Column(lambda row: number(row.boundary_distance), "", _CONTACT, "boundary distance"),
 )
-"""All columns, in the order of the printed table. Its true error is the upper bound of it, relative as the bound is."""
+"""All columns, in the order of the printed table.
+
+The true error that the printed table shows is its upper bound, relative to the same scale as the certified bound.
+"""
 
 
 def printed_columns(problem: ContactQP) -> list[Column]:
@@ -86,7 +89,7 @@ def _suitable(problem: ContactQP) -> list[Column]:
 
 
 def _first_run_seconds(row: Row) -> float | None:
-    """Return set-up and iterations of the first run together."""
+    """Return the time that the first run took for set-up and iterations together."""
     if row.setup_seconds is None or row.solve_seconds is None:
         return None
     return row.setup_seconds + row.solve_seconds
@@ -97,7 +100,7 @@ def _yes_or_no(value: bool | None) -> str:
 
 
 def _true_error(row: Row) -> str:
-    """Return the lengths between which the true error lies, or one where they look the same."""
+    """Return the two lengths between which the true error lies; one of them if both are written alike."""
     if row.true_error_lower is None or row.true_error_upper is None:
         return "-"
     low, high = number(row.true_error_lower), number(row.true_error_upper)

@@ -205,8 +205,8 @@ class Comparison:
     def plot_disagreement(self) -> Figure:
         """Draw how far the backends' gaps lie apart at every node, and number the worst nodes.
 
-        On a membrane or a cable net a map in which nodes are circled that some backends have in contact and others do
-        not; on a cable along x; for a bare matrix sorted.
+        On a membrane or a cable net it is a map, on a cable a curve along x, and for a bare matrix the differences are
+        sorted. Where there are coordinates, nodes are circled that one backend has in contact and another has not.
 
         Raises
         ------

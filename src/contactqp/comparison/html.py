@@ -67,7 +67,7 @@ _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
 def write_report(compared: Compared, path: Path, title: str = "") -> Path:
-    """Write the page and return its path; a page that was there is replaced when the new one is complete."""
+    """Write the page and return its path; an older page at that path is replaced once the new one is complete."""
     require_folder(path, "report")
     page = report_html(compared, title)
     with replaced_as_a_whole(path) as unfinished:
@@ -126,7 +126,7 @@ def _metrics(compared: Compared) -> str:
 
 
 def notebook_table(compared: Compared) -> str:
-    """Return the printed table as one of HTML, remarks and verdict below it."""
+    """Return the columns of the printed table as a table of HTML, with remarks and verdict below it."""
     columns = {column.printed: column for column in printed_columns(compared.answers.problem)[1:]}
     table = _table_of_rows(compared, f"{compared.subject}, {asked_for(compared)}", columns)
     return table + "".join(f"<p>{escape(line)}</p>\n" for line in closing_lines(compared))
@@ -136,7 +136,7 @@ _ROW_HEADING = "backend"
 
 
 def _table_of_rows(compared: Compared, caption: str, columns: Mapping[str, Column]) -> str:
-    """Return a table with a line for each backend, those that are not good enough marked.
+    """Return a table with a line for each backend; backends whose answer is not good enough are marked.
 
     Parameters
     ----------
@@ -252,10 +252,10 @@ def _pictures(compared: Compared) -> str:
     if best is None:
         return ""
     upper = _at_upper(None if answers.problem.one_sided else int(best.contact_upper.sum()))
-    touching = f"{int(best.contact.sum())} of {best.problem.size} nodes in contact{upper}"
+    in_contact = f"{int(best.contact.sum())} of {best.problem.size} nodes in contact{upper}"
     found = _figure(
         plot_comparison(compared),
-        f"The best answer, by {best.backend}, with {touching}; "
+        f"The best answer, by {best.backend}, with {in_contact}; "
         f"beside it bars of each backend's certified error and seconds. {compared.conclusion.sentence}",
         "The best answer, and what each backend reached in what time",
         "both",

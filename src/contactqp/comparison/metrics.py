@@ -1,4 +1,4 @@
-"""Distances between answers: from the truth as far as it is enclosed, between contact sets and free boundaries."""
+"""Distances of an answer from the enclosed truth, of two contact sets, and of two free boundaries."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def contact_jaccard(first: Mask, second: Mask) -> float:
 
 
 def boundary_distance(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Return the Hausdorff distance of two free boundaries (length): 0 if both are empty, infinite if one is.
+    """Return the Hausdorff distance of two free boundaries (length): 0 if both are empty, infinite if only one is.
 
     Parameters
     ----------
