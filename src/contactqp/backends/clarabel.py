@@ -20,6 +20,8 @@ _MAX_ITER = 200
 _ROUND_ITER = 60
 _MANY = 10_000
 _FEASIBILITY = 1e-10
+_CLOSE = 0.01
+"""Width between two bounds that is none, in tolerances of the gap under the largest force on a node alone."""
 _ROUNDS = ((1.0, None), (1.0, 1e-15), (100.0, 1e-16))
 """Factor on the objective and tolerance on the duality gap of the rounds, None for the first tolerance."""
 
@@ -68,6 +70,10 @@ class Clarabel(Backend):
         finest = 1e-15 if problem.size > _MANY else 1e-14
         first = finest * max(task.tol / 1e-6, 1.0) ** 2 if eps is None else eps
         abandoned = False
+        # An interior point needs an interior: bounds that are closer than the tolerance tells are an equation.
+        width_scale = float(np.abs(problem.q / problem.G.diagonal()).max())
+        fixed = problem.upper - problem.lower <= _CLOSE * task.tol * width_scale
+        equal = np.flatnonzero(fixed)
 
         def set_up(weight: float, eps: float, iterations: int) -> Any:
             settings = clarabel.DefaultSettings()
@@ -86,13 +92,14 @@ class Clarabel(Backend):
                 settings.tol_feas = _FEASIBILITY
             for name, value in passed_on.items():
                 setattr(settings, name, value)
-            # Without an interior between two bounds there is no interior point: there the bound is an equation.
-            fixed = problem.lower == problem.upper
-            equal, below = np.flatnonzero(fixed), np.flatnonzero(problem.supported & ~fixed)
-            above = np.flatnonzero(np.isfinite(problem.upper) & ~fixed)
+            below, above = (
+                np.flatnonzero(problem.supported & ~fixed),
+                np.flatnonzero(np.isfinite(problem.upper) & ~fixed),
+            )
             columns = np.concatenate([equal, below, above])
             signs = np.concatenate([np.ones(equal.size), np.full(below.size, -1.0), np.ones(above.size)])
-            limits = np.concatenate([problem.lower[equal], -problem.lower[below], problem.upper[above]])
+            middle = 0.5 * (problem.lower[equal] + problem.upper[equal])
+            limits = np.concatenate([middle, -problem.lower[below], problem.upper[above]])
             held = sparse.csc_array((signs, (np.arange(columns.size), columns)), shape=(columns.size, problem.size))
             sizes = (clarabel.ZeroConeT, equal.size), (clarabel.NonnegativeConeT, below.size + above.size)
             cones = [cone(size) for cone, size in sizes if size]
@@ -112,7 +119,10 @@ class Clarabel(Backend):
             solver = set_up(weight, eps, iterations)
             setup_seconds = time.perf_counter() - started
             result = solver.solve()
-            return np.array(result.x), str(result.status), int(result.iterations), setup_seconds
+            gap = np.array(result.x)
+            # The multiplier of an equation is -R, and R >= 0 at the lower bound.
+            gap[equal] = np.where(np.array(result.z)[: equal.size] <= 0, problem.lower[equal], problem.upper[equal])
+            return gap, str(result.status), int(result.iterations), setup_seconds
 
         def abandon() -> None:
             nonlocal abandoned
