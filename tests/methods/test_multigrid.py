@@ -480,7 +480,9 @@ def test_compiling_is_announced_on_a_terminal_alone(monkeypatch, capsys):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
 def test_an_interrupt_ends_it_within_a_second():
+    # A shell that starts the tests in the background has children that ignore the signal.
     code = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import contactqp as cq; m = cq.gallery.bowl(1500); m.problem.gap_scale; cq.solve(m, 'multigrid')\n"
         "print('ready', flush=True)\n"
         "while True: cq.solve(m, 'multigrid', tol=1e-8)"

@@ -5,18 +5,17 @@ Mangasarian, *Linear complementarity problems solvable by a single linear progra
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Collection
-from functools import partial
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..foundation.checks import Vector, one_of, vector
-from ..foundation.progress import run_interruptibly
 from ..problem.contact_qp import ContactQP
-from .base import Answer, Backend, Need, Stop, Task
+from .base import Answer, Backend, Need, State, Stop, Task, as_it_is_now
+from .tightening import Round, tightened
 
 _TIGHTEST = 1e-10
 
@@ -25,10 +24,10 @@ class Mangasarian(Backend):
     r"""min cᵀω over the feasible set {ω ≥ l, Gω + q ≥ 0}, for any c > 0.
 
     For a Z-matrix G that set has a least element, and it solves the complementarity problem; every positive cost
-    finds it. For other matrices the program has an optimum that solves nothing, so they are refused. So are problems
-    with an upper bound: where it holds a node the reaction is negative, the solution does not lie in the set, and the
-    set that it does lie in is not convex. After Ctrl-C the
-    call returns at once, but HiGHS, which cannot be told to stop, runs on in the background until it is done.
+    finds it. For other matrices the program has an optimum that solves nothing, so they are refused. So are upper
+    bounds: where one presses, Gω + q < 0, so that the solution is not in that set; and the set that it is in, with
+    Gω + q ≥ 0 or ω = u at each node, is not convex. After Ctrl-C the call returns at once, but HiGHS, which cannot be
+    told to stop, runs on in the background until it is done.
     """
 
     name: ClassVar[str] = "mangasarian"
@@ -36,9 +35,9 @@ class Mangasarian(Backend):
     package: ClassVar[str] = "scipy"
     has_own_defaults: ClassVar[bool] = True
     reachable_tol: ClassVar[float | None] = 1e-9
-    needs: ClassVar[Collection[Need]] = (Need.Z_MATRIX, Need.ONE_SIDED)
+    needs: ClassVar[tuple[Need, ...]] = (Need.Z_MATRIX, Need.ONE_SIDED)
 
-    def solve(
+    def prepare(
         self,
         problem: ContactQP,
         task: Task,
@@ -47,8 +46,8 @@ class Mangasarian(Backend):
         method: Literal["highs-ds", "highs-ipm"] = "highs-ds",
         presolve: bool | None = None,
         eps: float = _TIGHTEST,
-    ) -> Answer:
-        """Solve by one linear program.
+    ) -> _Prepared:
+        """Prepare the linear program, which is solved anew at each load.
 
         Parameters
         ----------
@@ -67,8 +66,6 @@ class Mangasarian(Backend):
         eps : float
             HiGHS's primal and dual feasibility tolerance; 1e-10 is the tightest it takes.
         """
-        from scipy.optimize import linprog
-
         one_of(method, ("highs-ds", "highs-ipm"), "method")
         weights = np.ones(problem.size) if cost is None else vector(cost, problem.size, "cost")
         if not weights.min() > 0:
@@ -76,44 +73,56 @@ class Mangasarian(Backend):
             raise ValueError(f"cost must be > 0 everywhere, but entry {worst} is {weights[worst]:g}")
         options: dict[str, Any] = {}
         if task.passed_on(eps=eps):
-            options |= {"primal_feasibility_tolerance": eps, "dual_feasibility_tolerance": eps}
+            options = {"primal_feasibility_tolerance": eps, "dual_feasibility_tolerance": eps}
         chosen = task.passed_on(method=method)
-        if task.max_iter is not None:
-            options["maxiter"] = task.max_iter
-        started = time.perf_counter()
-        bounds = np.column_stack([problem.lower, problem.upper])
-        constraint = -problem.G
-        setup_seconds = time.perf_counter() - started
+        attempts = (presolve,) if presolve is not None or task.own_defaults else (False, True)
+        return _Prepared(problem, weights / weights.max(), chosen, options, attempts)
 
-        def work(simplify: bool | None) -> Any:
-            simplification = {} if simplify is None else {"presolve": simplify}
-            limit = {} if task.time_limit is None else {"time_limit": max(task.seconds_left, 1e-3)}
-            return linprog(
-                weights / weights.max(),
-                A_ub=constraint,
-                b_ub=problem.q,
-                bounds=bounds,
-                options=options | limit | simplification,
-                **chosen,
+
+class _Prepared(State):
+    """The program's matrix and cost, scipy's arguments, and for each attempt whether HiGHS is to simplify."""
+
+    def __init__(
+        self,
+        problem: ContactQP,
+        cost: Vector,
+        chosen: dict[str, Any],
+        options: dict[str, Any],
+        attempts: tuple[bool | None, ...],
+    ) -> None:
+        started = time.perf_counter()
+        self._problem, self._cost, self._chosen, self._options = problem, cost, chosen, options
+        self._attempts, self._matrix = attempts, -problem.G
+        self._setup_seconds = time.perf_counter() - started
+
+    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+        """See `State.solve`."""
+        from scipy.optimize import linprog
+
+        problem = as_it_is_now(self._problem, q, problem)
+        bounds = np.column_stack([problem.lower, problem.upper])
+
+        def call(attempts: tuple[bool | None, ...], iterations: int) -> Round:
+            for simplify in attempts:
+                options = self._options if simplify is None else self._options | {"presolve": simplify}
+                if task.max_iter is not None:
+                    options = options | {"maxiter": task.max_iter}
+                if task.time_limit is not None:
+                    options = options | {"time_limit": max(task.seconds_left, 1e-3)}
+                program = {"A_ub": self._matrix, "b_ub": problem.q, "bounds": bounds, "options": options}
+                result = linprog(self._cost, **program, **self._chosen)
+                if result.status in (0, 1):
+                    break
+            return Round(
+                gap=None if result.x is None else np.asarray(result.x),
+                stop=_stop(int(result.status), str(result.message)),
+                termination=" ".join(str(result.message).split()),
+                iterations=int(result.nit),
+                claims=result.status == 0,
             )
 
-        attempts: tuple[bool | None, ...] = (presolve,)
-        if presolve is None and not task.own_defaults:
-            attempts = (False, True)
-        for simplify in attempts:
-            result = run_interruptibly(partial(work, simplify), task.progress)
-            if result.status in (0, 1):
-                break
-        gap: Vector | None = None if result.x is None else np.asarray(result.x)
-        return Answer(
-            gap=gap,
-            stop=_stop(int(result.status), str(result.message)),
-            termination=" ".join(str(result.message).split()),
-            iterations=int(result.nit),
-            setup_seconds=setup_seconds,
-            solve_seconds=time.perf_counter() - started - setup_seconds,
-            claimed_solved=result.status == 0,
-        )
+        setup_seconds, self._setup_seconds = self._setup_seconds, 0.0
+        return tightened(task, call, [self._attempts], sys.maxsize, setup_seconds=setup_seconds)
 
 
 def _stop(status: int, message: str) -> Stop:

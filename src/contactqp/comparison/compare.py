@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from ..backends import choose_backend, get_backend, suitable_backends
@@ -52,8 +51,7 @@ def compare(
     options : mapping of str to mapping, optional
         Options of a backend, by its name. Those of a backend that cannot be imported are not checked.
     repeats : int
-        Runs of each backend after the first, for `Row.warm_seconds`: in one session (see `Solver`), in which the
-        backend keeps what it has set up.
+        Further runs of each backend, in a `Solver` that keeps its set-up, for `Row.warm_seconds`.
 
     Returns
     -------
@@ -97,9 +95,15 @@ def compare(
         if isinstance(had, Refusal):
             outcomes.append(Outcome(name, had))
             continue
-        first = _tried(partial(_solved, problem, asked[name], requests[name]))
-        again = _solved_again(problem, asked[name], requests[name], repeats) if isinstance(first, Solution) else []
-        outcomes.append(Outcome(name, first, min((run.seconds for run in again), default=None)))
+        first = _attempt(problem, asked[name], requests[name])
+        again: list[Solution | Refusal] = []
+        if repeats and isinstance(first, Solution):
+            session = Solver(
+                problem, asked[name], tol=tol, max_iter=max_iter, time_limit=time_limit, **requests[name].options
+            )
+            again = [_attempt(problem, asked[name], requests[name], session) for _ in range(repeats)]
+        warm = min((run.seconds for run in again if isinstance(run, Solution)), default=None)
+        outcomes.append(Outcome(name, first, warm))
     return Comparison(problem, outcomes, request.tolerance, provenance)
 
 
@@ -126,34 +130,15 @@ def _found(backend: str | Backend, problem: ContactQP) -> Backend | Refusal:
         return Refusal.by(error)
 
 
-def _solved(subject: ContactQP | ContactModel, backend: str | Backend, request: Request) -> Solution:
-    """Return a backend's answer, whatever it is worth."""
-    method, note = chosen_backend(backend, split(subject)[1], request.options)
-    return Solution.by(method, subject, request, note=note)
-
-
-def _solved_again(
-    subject: ContactQP | ContactModel, backend: str | Backend, request: Request, repeats: int
-) -> list[Solution]:
-    """Return the answers of further runs in one session, which keeps the backend's set-up but not the last answer."""
-    if not repeats:
-        return []
-    session = Solver(
-        subject,
-        backend,
-        tol=request.tolerance.setting or request.tolerance.tol,
-        max_iter=request.max_iter,
-        time_limit=request.time_limit,
-        **request.options,
-    )
-    runs = (_tried(partial(session.solve, warm_start=False, on_failure="ignore")) for _ in range(repeats))
-    return [run for run in runs if isinstance(run, Solution)]
-
-
-def _tried(solve: Callable[[], Solution]) -> Solution | Refusal:
-    """Return an answer, or the refusal that an error on the way to it stands for."""
+def _attempt(
+    subject: ContactQP | ContactModel, backend: str | Backend, request: Request, session: Solver | None = None
+) -> Solution | Refusal:
+    """Return a backend's answer, or the refusal that an error on the way stands for."""
     try:
-        return solve()
+        if session is not None:
+            return session.solve_varied(subject, warm_start=False)
+        method, note = chosen_backend(backend, split(subject)[1], request.options)
+        return Solution.by(method, subject, request, note=note)
     except (KeyboardInterrupt, SystemExit):
         raise
     except BaseException as error:  # whatever a library throws, a panic of compiled code too, is a finding about it

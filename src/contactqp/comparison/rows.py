@@ -56,7 +56,7 @@ class Row:
     cold_seconds : float or None
         The first run, with scaling and judging.
     warm_seconds : float or None
-        The fastest of the runs after it, for which the backend kept its set-up; None if there were none.
+        The fastest of the runs after it, in a `Solver` that keeps the backend's set-up; None if there were none.
     claimed : bool or None
         Whether the backend itself said that it had solved the problem.
     findings : tuple of str

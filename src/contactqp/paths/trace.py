@@ -13,6 +13,7 @@ from ..foundation.checks import Vector, one_of, real_array, refuse_non_finite
 from ..foundation.progress import Progress
 from ..models.base import ContactModel
 from ..models.varied import VARIED
+from ..solving.choice import chosen_backend
 from ..solving.solution import Solution
 from ..solving.solve import solve
 from ..solving.solver import Solver
@@ -73,7 +74,9 @@ def trace(
     if not isinstance(model, ContactModel):
         raise TypeError(f"model must be a Membrane, a Cable or a CableNet, got {type(model).__name__}")
     parameter, values = _chosen({"load": loads, "tension": tensions, "lift": lifts})
-    session = Solver(model, backend, tol=tol, **options)
+    # The reason for "auto" is the same at every load, and would hide which solutions were restored.
+    method, _ = chosen_backend(backend, model.problem, {})
+    session = Solver(model, method, tol=tol, **options)
     one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
     file = None
     if checkpoint is not None:
