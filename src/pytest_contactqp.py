@@ -29,7 +29,7 @@ DEFAULT_TOL = 1e-6
 
 @dataclass(frozen=True)
 class _Choice:
-    """What the tests of a run are to use, checked."""
+    """The checked settings of a run: which backends and which tolerance its tests use."""
 
     backends: tuple[str, ...]
     tol: float
@@ -39,7 +39,7 @@ _CHOICE = pytest.StashKey[_Choice]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options and their twins for the configuration file."""
+    """Add the command-line options, and settings of the same meaning for the configuration file."""
     group = parser.getgroup("contactqp", "tests of contact problems")
     group.addoption(
         "--contact-backends",
@@ -78,8 +78,9 @@ def pytest_report_collectionfinish(config: pytest.Config, items: Sequence[pytest
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Run a test that asks for ``contact_backend`` once with each backend.
 
-    The names go to a fixture below ``contact_backend``, which drops out where a suite defines a ``contact_backend`` of
-    its own, by a fixture or by ``pytest.mark.parametrize``.
+    It is the fixture ``_contact_backend_name`` that is parametrized, and ``contact_backend`` asks for it. A suite may
+    define a ``contact_backend`` of its own, by a fixture or by ``pytest.mark.parametrize``; its tests then do not ask
+    for ``_contact_backend_name`` and are left as they are.
     """
     if "_contact_backend_name" in metafunc.fixturenames:
         metafunc.parametrize("_contact_backend_name", _choice(metafunc.config).backends, indirect=True)
@@ -124,7 +125,7 @@ def assert_complementary(contact_tol: float) -> Callable[..., Verdict]:
 def assert_backends_agree(contact_backends: list[str], contact_tol: float) -> Callable[..., Comparison]:
     """Return `contactqp.testing.assert_backends_agree`, with ``contact_tol`` unless told otherwise.
 
-    It takes those of ``contact_backends`` whose methods suit the problem, unless told otherwise.
+    Without ``backends=`` the assertion takes those of ``contact_backends`` whose methods suit the problem.
     """
     from contactqp import testing
 

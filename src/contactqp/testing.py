@@ -59,20 +59,22 @@ def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, t
     """
     __tracebackhide__ = True  # pytest then points at the line of the test
     algebra = problem.problem if isinstance(problem, ContactModel) else problem
-    omega = vector(gap, algebra.size, "gap")
+    omega, bounds = vector(gap, algebra.size, "gap"), algebra.bounds
     verdict = judge(algebra, omega, open_interval(tol, 0.0, 1.0, "tol"))
     if verdict.status.ok:
         return verdict
     residuals = verdict.residuals
     assert residuals is not None
     reaction = algebra.reaction(omega)
-    natural = algebra.bounds.natural_map(omega, reaction / algebra.stiffness.diagonal())
+    natural = bounds.natural_map(omega, reaction / algebra.stiffness.diagonal())
+    formula = "min(gap, R/G_ii)" if bounds.standard else "min(gap - lower, R/G_ii)"
+    formula = formula if bounds.one_sided else f"max(gap - upper, {formula})"
     worst = int(np.argmax(np.abs(natural)))
     kind = "natural residual" if verdict.certificate is None else "certified bound"
     raise AssertionError(
         f"gap does not solve {problem!r}: {kind} {verdict.relative_bound:.2g} > {tol:g} of the gap scale\n"
         f"  worst {_name_node(problem, worst)}: gap {omega[worst]:.6g}, reaction {reaction[worst]:.6g}, "
-        f"min(gap, R/G_ii) = {natural[worst]:.3g}\n"
+        f"{formula} = {natural[worst]:.3g}\n"
         f"  min gap {residuals.min_gap:.3g}, min reaction {residuals.min_reaction:.3g}, "
         f"gap·R {residuals.complementarity:.3g}"
     )
@@ -186,6 +188,8 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
 def assert_same_contact(first: Solution, second: Solution) -> Mask:
     """Assert that two solutions have the same nodes in contact, except where either certificate leaves it undecided.
 
+    A node that the lower bound holds in one solution and the upper bound in the other is not the same.
+
     Parameters
     ----------
     first, second : Solution
@@ -220,8 +224,8 @@ def assert_same_contact(first: Solution, second: Solution) -> Mask:
     contact sets differ at 2 of 9 nodes
       first:  5 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1)
       second: 7 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1)
-      node 1 (x=2, y=0): clear in the first (gap 0.5, reaction ...), in contact in the second (gap 0, reaction 0.5)
-      node 7 (x=8, y=0): clear in the first (gap 0.5, reaction ...), in contact in the second (gap 0, reaction 0.5)
+      node 1 (x=2, y=0): free in the first (gap 0.5, reaction ...), in contact in the second (gap 0, reaction 0.5)
+      node 7 (x=8, y=0): free in the first (gap 0.5, reaction ...), in contact in the second (gap 0, reaction 0.5)
       expected: the same at the 9 nodes that no certificate leaves undecided
       Both are proven, so these are two problems: their forces q differ at 2 nodes; compare loads, supports and
       tensions.
@@ -240,13 +244,14 @@ def assert_same_contact(first: Solution, second: Solution) -> Mask:
             f"all {compared.size} nodes are undecided, there is no contact to compare: solve with a smaller tol than "
             f"{first.tol:g} and {second.tol:g}"
         )
-    differing = np.flatnonzero((first.contact != second.contact) & compared)
+    other = (first.contact_lower != second.contact_lower) | (first.contact_upper != second.contact_upper)
+    differing = np.flatnonzero(other & compared)
     if not differing.size:
         return compared
 
     def line(node: int) -> str:
         views = (
-            f"{'in contact' if solution.contact[node] else 'clear'} in the {place} "
+            f"{_state(solution, node)} in the {place} "
             f"(gap {solution.gap[node]:.6g}, reaction {solution.reaction[node]:.6g})"
             for place, solution in (("first", first), ("second", second))
         )
@@ -254,8 +259,8 @@ def assert_same_contact(first: Solution, second: Solution) -> Mask:
 
     raise AssertionError(
         f"contact sets differ at {differing.size} of {compared.size} nodes\n"
-        f"  first:  {int(first.contact.sum())} in contact, {_whose(first)}\n"
-        f"  second: {int(second.contact.sum())} in contact, {_whose(second)}\n"
+        f"  first:  {_count_contact(first)}, {_whose(first)}\n"
+        f"  second: {_count_contact(second)}, {_whose(second)}\n"
         f"{_list_nodes(differing, line)}\n"
         f"  expected: the same at the {int(compared.sum())} nodes that no certificate leaves undecided\n"
         f"  {_why_contact_differs(first, second)}"
@@ -297,9 +302,27 @@ def _why_contact_differs(first: Solution, second: Solution) -> str:
         difference = f"their forces q differ at {other} nodes; compare loads, supports and tensions"
     elif (first.problem.supported != second.problem.supported).any():
         difference = "other nodes have a support"
+    elif moved := _count_other_bounds(first.problem, second.problem):
+        difference = f"their bounds differ at {moved} nodes"
     else:
         difference = "their forces q are equal, so their matrices differ"
     return f"Both are proven, so these are two problems: {difference}."
+
+
+def _count_other_bounds(first: ContactQP, second: ContactQP) -> int:
+    return int(np.count_nonzero((first.lower != second.lower) | (first.upper != second.upper)))
+
+
+def _state(solution: Solution, node: int) -> str:
+    if solution.contact_upper[node]:
+        return "at the upper bound"
+    held = "in contact" if solution.problem.one_sided else "at the lower bound"
+    return held if solution.contact_lower[node] else "free"
+
+
+def _count_contact(solution: Solution) -> str:
+    upper = "" if solution.problem.one_sided else f" ({int(solution.contact_upper.sum())} of them at the upper bound)"
+    return f"{int(solution.contact.sum())} in contact{upper}"
 
 
 def _list_nodes(nodes: NDArray[np.intp], line: Callable[[int], str]) -> str:
@@ -330,5 +353,5 @@ def _worst_difference(problem: ContactQP | ContactModel, comparison: Comparison)
 
 
 def _name_node(subject: ContactQP | ContactModel | Certificate | Solution, node: int) -> str:
-    net = subject.model if isinstance(subject, Solution) else subject
-    return net.describe(node) if isinstance(net, ContactModel) else f"node {node}"
+    known = subject.model if isinstance(subject, Solution) else subject
+    return known.describe(node) if isinstance(known, ContactModel) else f"node {node}"

@@ -8,6 +8,7 @@ from strategies import BACKENDS, altered
 
 import contactqp as cq
 from contactqp.backends import get_backend
+from contactqp.backends.base import Answer, Backend, State, Stop
 from contactqp.comparison.comparison import Comparison
 from contactqp.comparison.outcome import Outcome
 from contactqp.proof.judge import judge
@@ -233,6 +234,29 @@ def test_repeats_are_warm_runs():
     assert comparison.provenance.repeats == 2
     with pytest.raises(ValueError, match="repeats must be >= 0, got -1"):
         cq.compare(HEXAGON, repeats=-1)
+
+
+def test_warm_runs_keep_the_set_up_and_forget_the_answer():
+    seen = []
+
+    class Remembering(State):
+        def solve(self, q, task, problem=None):
+            seen.append((self, task.warm_start))
+            return Answer(np.zeros(q.size), Stop.DONE, "as you like it", 1, 0.0, 0.0)
+
+    class Recorder(Backend):
+        name, summary, package = "recorder", "records what it is asked", "numpy"
+
+        def prepare(self, problem, task):
+            return Remembering()
+
+    comparison = cq.compare(cq.gallery.islands(), [Recorder()], repeats=3)
+    (first, *again), starts = zip(*seen, strict=True)
+    assert starts == (None,) * 4
+    assert len(again) == 3
+    assert len(set(again)) == 1
+    assert again[0] is not first
+    assert comparison.rows[0].warm_seconds > 0
 
 
 def test_the_worst_nodes_name_who_differs(agreeing):

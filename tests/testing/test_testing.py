@@ -112,7 +112,7 @@ def test_undecided_nodes_are_excused():
     assert assert_same_contact(touching, hovering).tolist() == [True, False]
     text = message_of(assert_same_contact, altered(touching, certificate=None), altered(hovering, certificate=None))
     assert "contact sets differ at 1 of 2 nodes" in text
-    assert "  node 1: in contact in the first (gap 0, reaction 1e-09), clear in the second (gap 2e-09, " in text
+    assert "  node 1: in contact in the first (gap 0, reaction 1e-09), free in the second (gap 2e-09, " in text
     assert "expected: the same at the 2 nodes" in text
     assert "Not both are proven" in text
 
@@ -123,9 +123,7 @@ def test_contact_that_differs_is_shown_on_both_sides(solution):
     assert lines[0] == "contact sets differ at 4 of 9 nodes"
     assert lines[1].startswith("  first:  7 in contact, active-set's answer to Cable(9 nodes")
     assert lines[2].startswith("  second: 3 in contact, clarabel's answer to Cable(9 nodes")
-    assert lines[3].startswith(
-        "  node 1 (x=2, y=0): in contact in the first (gap 0, reaction 0.5), clear in the second"
-    )
+    assert lines[3].startswith("  node 1 (x=2, y=0): in contact in the first (gap 0, reaction 0.5), free in the second")
     assert "two problems: their forces q differ at 2 nodes" in lines[-1]
 
 

@@ -6,7 +6,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..backends import backend_names, get_backend
-from ..comparison.columns import PRINTED
+from ..comparison.columns import printed_columns
 from ..comparison.compared import Compared
 from ..comparison.text import asked_for
 from ..foundation.terminal import table_console
@@ -21,10 +21,11 @@ def print_comparison(compared: Compared, title: str = "") -> None:
     console.print(Text(head, style="bold"))
     console.print(Text(asked_for(compared)), style="dim")
     table = Table(box=None, header_style="bold", pad_edge=False)
-    for column in PRINTED:
+    columns = printed_columns(compared.answers.problem)
+    for column in columns:
         table.add_column(column.printed, justify="left" if column.words else "right", no_wrap=True)
     for row in compared.rows:
-        backend, status, *numbers = (column.text(row) for column in PRINTED)
+        backend, status, *numbers = (column.text(row) for column in columns)
         table.add_row(backend, Text(status, style=_COLOURS.get(row.status, "red")), *numbers)
     console.print()
     console.print(table)

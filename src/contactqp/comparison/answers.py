@@ -61,16 +61,21 @@ class Answers:
 
     @property
     def decided(self) -> dict[str, int]:
-        """Nodes that the certificates together prove in contact or clear, and those that are undecided."""
-        contact, clear = np.zeros((2, self.problem.size), dtype=np.bool_)
+        """Nodes that the certificates together prove in contact or clear, and those that are undecided.
+
+        With an upper bound ``"contact_upper"`` counts those of the nodes in contact that it holds.
+        """
+        contact, upper, clear = np.zeros((3, self.problem.size), dtype=np.bool_)
         for certificate in self.certificates:
             contact |= certificate.contact
+            upper |= certificate.contact_upper
             clear |= certificate.clear
-        return {
+        found = {
             "contact": int(np.count_nonzero(contact)),
             "clear": int(np.count_nonzero(clear)),
             "undecided": int(np.count_nonzero(~(contact | clear))),
         }
+        return found if self.problem.one_sided else found | {"contact_upper": int(np.count_nonzero(upper))}
 
     @cached_property
     def spread(self) -> Vector:

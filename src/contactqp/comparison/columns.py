@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..foundation.text import count, number, seconds
+from ..problem.contact_qp import ContactQP
 from .rows import Row
 
 
@@ -23,6 +24,8 @@ class Column:
         Which of `GROUPS` the column belongs to on the page, and its heading there; empty if it is not on the page.
     words : bool
         Whether it shows words, which are aligned to the left, and not a number.
+    upper_bound : bool
+        Whether it is shown only where the problem has an upper bound.
     """
 
     text: Callable[[Row], str]
@@ -30,6 +33,7 @@ class Column:
     group: str = ""
     heading: str = ""
     words: bool = False
+    upper_bound: bool = False
 
 
 _ERROR, _OPTIMALITY, _CONTACT, _WORK = "Error of the gap", "Optimality conditions", "Contact", "Work and time"
@@ -59,22 +63,33 @@ COLUMNS = (
     Column(lambda row: number(row.natural_residual), "", _OPTIMALITY, "natural residual"),
     Column(lambda row: number(row.objective, 8), "", _OPTIMALITY, "objective"),
     Column(lambda row: count(row.contact), "contact", _CONTACT, "in contact"),
+    Column(lambda row: count(row.contact_upper), "at upper", _CONTACT, "at the upper bound", upper_bound=True),
     Column(lambda row: count(row.undecided), "undecided", _CONTACT, "undecided"),
     Column(lambda row: number(row.contact_jaccard), "", _CONTACT, "Jaccard distance"),
     Column(lambda row: number(row.boundary_distance), "", _CONTACT, "boundary distance"),
 )
-"""All columns, in the order of the printed table. Its true error is the upper bound of it, relative as the bound is."""
+"""All columns, in the order of the printed table.
 
-PRINTED = tuple(column for column in COLUMNS if column.printed)
+The true error that the printed table shows is its upper bound, relative to the same scale as the certified bound.
+"""
 
 
-def columns_of(group: str) -> list[Column]:
-    """Return the columns of one of the `GROUPS`."""
-    return [column for column in COLUMNS if column.group == group]
+def printed_columns(problem: ContactQP) -> list[Column]:
+    """Return the columns of the printed table for the answers to a problem."""
+    return [column for column in _suitable(problem) if column.printed]
+
+
+def columns_of(group: str, problem: ContactQP) -> list[Column]:
+    """Return the columns of one of the `GROUPS` for the answers to a problem."""
+    return [column for column in _suitable(problem) if column.group == group]
+
+
+def _suitable(problem: ContactQP) -> list[Column]:
+    return [column for column in COLUMNS if not (column.upper_bound and problem.one_sided)]
 
 
 def _first_run_seconds(row: Row) -> float | None:
-    """Return set-up and iterations of the first run together."""
+    """Return the time that the first run took for set-up and iterations together."""
     if row.setup_seconds is None or row.solve_seconds is None:
         return None
     return row.setup_seconds + row.solve_seconds
@@ -85,7 +100,7 @@ def _yes_or_no(value: bool | None) -> str:
 
 
 def _true_error(row: Row) -> str:
-    """Return the lengths between which the true error lies, or one where they look the same."""
+    """Return the two lengths between which the true error lies; one of them if both are written alike."""
     if row.true_error_lower is None or row.true_error_upper is None:
         return "-"
     low, high = number(row.true_error_lower), number(row.true_error_upper)

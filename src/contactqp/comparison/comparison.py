@@ -19,7 +19,7 @@ from .metrics import Truth
 from .outcome import Outcome
 from .pairs import Pair, pairs_of
 from .provenance import Provenance
-from .rows import row_of
+from .rows import records_of, row_of
 from .text import as_json, as_text
 
 if TYPE_CHECKING:
@@ -104,7 +104,10 @@ class Comparison:
 
     @property
     def decided(self) -> dict[str, int]:
-        """Nodes that the certificates together prove in contact or clear, and those that are undecided."""
+        """Nodes that the certificates together prove in contact or clear, and those that are undecided.
+
+        With an upper bound ``"contact_upper"`` counts those of the nodes in contact that it holds.
+        """
         return self.answers.decided
 
     @property
@@ -149,7 +152,7 @@ class Comparison:
         """Return the rows as a pandas.DataFrame, indexed by backend."""
         import pandas as pd
 
-        return pd.DataFrame([asdict(row) for row in self.rows]).set_index("backend")
+        return pd.DataFrame(records_of(self.rows, self.problem)).set_index("backend")
 
     def pairs_frame(self) -> pd.DataFrame:
         """Return the pairs as a pandas.DataFrame, with the number of differing nodes."""
@@ -202,8 +205,8 @@ class Comparison:
     def plot_disagreement(self) -> Figure:
         """Draw how far the backends' gaps lie apart at every node, and number the worst nodes.
 
-        On a membrane or a cable net a map in which nodes are circled that some backends have in contact and others do
-        not; on a cable along x; for a bare matrix sorted.
+        On a membrane or a cable net it is a map, on a cable a curve along x, and for a bare matrix the differences are
+        sorted. Where there are coordinates, nodes are circled that one backend has in contact and another has not.
 
         Raises
         ------

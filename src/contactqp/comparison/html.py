@@ -13,9 +13,10 @@ import numpy as np
 
 from ..foundation.files import replaced_as_a_whole, require_folder
 from ..foundation.text import number, shortened
-from .columns import GROUPS, PRINTED, Column, columns_of
+from .columns import GROUPS, Column, columns_of, printed_columns
 from .compared import Compared
 from .disagreement import worst_nodes
+from .legend import legend_of
 from .pictures import plot_comparison, plot_disagreement
 from .text import asked_for, closing_lines
 
@@ -66,7 +67,7 @@ _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
 def write_report(compared: Compared, path: Path, title: str = "") -> Path:
-    """Write the page and return its path; a page that was there is replaced when the new one is complete."""
+    """Write the page and return its path; an older page at that path is replaced once the new one is complete."""
     require_folder(path, "report")
     page = report_html(compared, title)
     with replaced_as_a_whole(path) as unfinished:
@@ -114,16 +115,19 @@ def _date(compared: Compared) -> str:
 
 
 def _metrics(compared: Compared) -> str:
+    problem = compared.answers.problem
     groups = [
-        _table_of_rows(compared, group, {column.heading: column for column in columns_of(group)}) for group in GROUPS
+        _table_of_rows(compared, group, {column.heading: column for column in columns_of(group, problem)})
+        for group in GROUPS
     ]
-    legend = "".join(f"<dt>{escape(term)}</dt><dd>{escape(meaning)}</dd>\n" for term, meaning in _LEGEND.items())
+    terms = legend_of(problem).items()
+    legend = "".join(f"<dt>{escape(term)}</dt><dd>{escape(meaning)}</dd>\n" for term, meaning in terms)
     return f"<h2>What each backend reached</h2>\n{''.join(groups)}<dl>\n{legend}</dl>\n"
 
 
 def notebook_table(compared: Compared) -> str:
-    """Return the printed table as one of HTML, remarks and verdict below it."""
-    columns = {column.printed: column for column in PRINTED if column.printed != _ROW_HEADING}
+    """Return the columns of the printed table as a table of HTML, with remarks and verdict below it."""
+    columns = {column.printed: column for column in printed_columns(compared.answers.problem)[1:]}
     table = _table_of_rows(compared, f"{compared.subject}, {asked_for(compared)}", columns)
     return table + "".join(f"<p>{escape(line)}</p>\n" for line in closing_lines(compared))
 
@@ -132,7 +136,7 @@ _ROW_HEADING = "backend"
 
 
 def _table_of_rows(compared: Compared, caption: str, columns: Mapping[str, Column]) -> str:
-    """Return a table with a line for each backend, those that are not good enough marked.
+    """Return a table with a line for each backend; backends whose answer is not good enough are marked.
 
     Parameters
     ----------
@@ -186,15 +190,20 @@ def _truth(compared: Compared) -> str:
         why = "they contradict each other" if certified else "there is none: no answer has a certificate"
         text = f"The exact solution is not enclosed by the answers' certificates: {why}."
     else:
-        decided = answers.decided
+        decided, upper = answers.decided, _at_upper(answers.decided.get("contact_upper"))
         of_scale = f" ({truth.width / scale:.2g} of the gap scale)" if scale > 0 else ""
         text = (
             f"The exact solution of the discrete problem lies in the intersection of {certified} "
             f"enclosure{'' if certified == 1 else 's'}. At its widest node it is {truth.width:.2g} (length) "
-            f"wide{of_scale}. Of {answers.problem.size} nodes {decided['contact']} are certainly in contact, "
+            f"wide{of_scale}. Of {answers.problem.size} nodes {decided['contact']} are certainly in contact{upper}, "
             f"{decided['clear']} certainly clear, and {decided['undecided']} undecided."
         )
     return f"<h2>Where the truth lies</h2>\n<p>{escape(text)}</p>\n"
+
+
+def _at_upper(nodes: int | None) -> str:
+    """Return how many of the nodes in contact the upper bound holds; nothing if there is no upper bound."""
+    return "" if nodes is None else f" ({nodes} of them at the upper bound)"
 
 
 def _findings(compared: Compared) -> str:
@@ -242,11 +251,12 @@ def _pictures(compared: Compared) -> str:
     best = answers.best
     if best is None:
         return ""
-    touching = int(best.contact.sum())
+    upper = _at_upper(None if answers.problem.one_sided else int(best.contact_upper.sum()))
+    in_contact = f"{int(best.contact.sum())} of {best.problem.size} nodes in contact{upper}"
     found = _figure(
         plot_comparison(compared),
-        f"The best answer, by {best.backend}, with {touching} of {best.problem.size} nodes in contact; beside it bars "
-        f"of each backend's certified error and seconds. {compared.conclusion.sentence}",
+        f"The best answer, by {best.backend}, with {in_contact}; "
+        f"beside it bars of each backend's certified error and seconds. {compared.conclusion.sentence}",
         "The best answer, and what each backend reached in what time",
         "both",
     )
@@ -345,23 +355,3 @@ def _surroundings(compared: Compared) -> str:
         + _facts("Versions", provenance.versions)
         + _facts("Machine", {**provenance.machine, "date and time": _date(compared)})
     )
-
-
-_LEGEND: dict[str, str] = {
-    "bound": "Proven upper bound of max |ω − ω*| (length), from the answer's own certificate.",
-    "true error": "Two lengths between which max |ω − ω*| lies, by the certificates of all backends together; over the "
-    "scale: the larger one.",
-    "scale": "The gap scale, or the answer's own largest deflection where that is smaller.",
-    "primal residual": "max(0, −min ω) over supported nodes (length): by how much the support is penetrated.",
-    "dual residual": "max(0, −min R) (force): by how much the support pulls.",
-    "duality gap": "ωᵀR (force times length): zero at the solution.",
-    "natural residual": "max |min(ω, R/Gᵢᵢ)| (length): zero at the solution only.",
-    "objective": "½ωᵀGω + qᵀω (force times length).",
-    "Jaccard distance": "1 − |intersection| / |union| of the contact set and the best answer's: 0 if they are equal.",
-    "boundary distance": "Hausdorff distance of the free boundary from the best answer's (length), in middles of the "
-    "lattice's arms; inf if only one has a free boundary.",
-    "cold, warm": "Seconds of the first run, with scaling, compiling where it is due, and judging; and of the fastest "
-    "of the runs after it.",
-    "set-up, solve": "Seconds of the first run that the backend spent on conversion and factorisation, and on "
-    "iterating.",
-}

@@ -1,4 +1,4 @@
-"""Distances between answers: from the truth as far as it is enclosed, between contact sets and free boundaries."""
+"""Distances of an answer from the enclosed truth, of two contact sets, and of two free boundaries."""
 
 from __future__ import annotations
 
@@ -65,20 +65,27 @@ def intersection(certificates: Iterable[Certificate]) -> Truth | None:
 
 
 def contact_jaccard(first: Mask, second: Mask) -> float:
-    """Return 1 - |intersection| / |union| of two contact sets: 0 if they are equal, 1 if they share no node.
+    """Return 1 - |intersection| / |union| of two contact sets: 0 if they are equal, 1 if they have nothing in common.
+
+    Parameters
+    ----------
+    first, second : array of bool, shape (n,) or (k, n)
+        Nodes in contact; with k bounds one row for each, so that a contact is a node and the bound that holds it.
 
     Examples
     --------
     >>> import numpy as np
     >>> contact_jaccard(np.array([True, True, False]), np.array([True, False, False]))
     0.5
+    >>> contact_jaccard(np.array([[True], [False]]), np.array([[False], [True]]))  # below, and above
+    1.0
     """
     union = int(np.count_nonzero(first | second))
     return int(np.count_nonzero(first != second)) / union if union else 0.0
 
 
 def boundary_distance(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Return the Hausdorff distance of two free boundaries (length): 0 if both are empty, infinite if one is.
+    """Return the Hausdorff distance of two free boundaries (length): 0 if both are empty, infinite if only one is.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ class Outcome:
         The name that it was asked by.
     answer : Solution or Refusal
     warm_seconds : float or None
-        The fastest of the runs after the first; None if there were none.
+        The fastest of the runs after the first, for which the backend kept its set-up; None if there were none.
     """
 
     backend: str

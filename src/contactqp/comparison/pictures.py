@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 _DECADES = 6
-"""Differences smaller than the largest by so many powers of ten are drawn alike."""
+"""The scale of differences spans this many powers of ten; smaller differences are drawn as its lower end."""
 
 _NUMBERED = 10
-"""Of the nodes where answers differ most, so many at most have their rank beside them."""
+"""Largest number of nodes that have their rank among the worst ones written beside them."""
 
 _LEAST_DRAWN = 1e-290
-"""Logarithmic axes fail at the edge of the range of numbers."""
+"""Least number on a logarithmic axis: matplotlib fails nearer to the least one that a double can hold."""
 
 
 def plot_comparison(compared: Compared) -> Figure:
@@ -129,7 +129,7 @@ def _mark_worst(places: NodePlaces, compared: Compared) -> None:
 
 
 def _number_worst(axes: Axes, answers: Answers, x: Vector, y: Vector, apart: float) -> None:
-    """Write the rank beside the worst nodes, except those too near to one that has its number."""
+    """Write the ranks beside the worst nodes; a node that is too near to a numbered one gets no number."""
     placed: list[tuple[float, float]] = []
     for rank, node in enumerate(worst_nodes(answers, _NUMBERED)["node"], start=1):
         here = float(x[node]), float(y[node])

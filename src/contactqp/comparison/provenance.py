@@ -24,7 +24,7 @@ class Provenance:
     Attributes
     ----------
     max_iter, time_limit : int or float or None
-        Limits of each backend, None for its own.
+        Limits that every backend was given; None where each has its own.
     repeats : int
         Runs of each backend after the first.
     options : mapping of str to mapping
@@ -48,7 +48,7 @@ class Provenance:
     when: datetime = field(default_factory=lambda: datetime.now().astimezone())
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as plain data, options that are no plain values as text."""
+        """Return the record as plain data; options that are neither numbers nor strings are shortened to text."""
         plain = (bool, int, float, str, type(None))
         return {
             "max_iter": self.max_iter,
@@ -87,7 +87,7 @@ def machine() -> dict[str, str]:
 
 
 def _processor() -> str:
-    """Return the processor's name; Linux tells it in a file only."""
+    """Return the processor's name, which on Linux stands in a file only."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

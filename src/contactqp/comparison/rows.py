@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
+from ..problem.contact_qp import ContactQP
 from ..proof.status import Status
 from ..solving.solution import Solution
 from .answers import Answers
@@ -31,11 +33,14 @@ class Row:
     relative_bound : float or None
         Certified bound over the gap scale.
     contact : int or None
-        Nodes in contact in the backend's own view.
+        Nodes in contact by the backend's own answer, whichever bound holds them.
+    contact_upper : int or None
+        Those of them that the upper bound holds; None if the problem has no upper bound.
     certain_contact, certain_clear, undecided : int or None
         Nodes that the certificate decides, and those that it does not.
     primal_residual, dual_residual : float or None
-        max(0, -min ω_i) over supported nodes (length) and max(0, -min R_i) (force).
+        max(0, -min_gap) (length) and max(0, -min_reaction) (force): by how much bounds are overstepped, and by how
+        much they pull.
     gap_bound : float or None
         Certified bound of max|ω_i - ω*_i| (length).
     true_error_lower, true_error_upper : float or None
@@ -43,7 +48,8 @@ class Row:
     relative_true_error : float or None
         The upper one over the scale that ``relative_bound`` is measured by.
     contact_jaccard : float or None
-        1 - |intersection| / |union| of the contact set and the best answer's.
+        1 - |intersection| / |union| of the contact set and the best answer's. A contact is a node and the bound that
+        holds it.
     boundary_distance : float or None
         Hausdorff distance of the free boundary from the best answer's (length): 0 if neither has one, infinite if only
         one has; None for a bare matrix.
@@ -70,6 +76,7 @@ class Row:
     objective: float | None = None
     relative_bound: float | None = None
     contact: int | None = None
+    contact_upper: int | None = None
     certain_contact: int | None = None
     certain_clear: int | None = None
     undecided: int | None = None
@@ -90,6 +97,12 @@ class Row:
     def ok(self) -> bool:
         """Whether the answer is as good as was asked for."""
         return self.status in (Status.CERTIFIED, Status.SOLVED)
+
+
+def records_of(rows: Iterable[Row], problem: ContactQP) -> list[dict[str, Any]]:
+    """Return rows as plain data; ``contact_upper`` is among them if the problem has an upper bound."""
+    left_out = {"contact_upper"} if problem.one_sided else set()
+    return [{name: value for name, value in asdict(row).items() if name not in left_out} for row in rows]
 
 
 def row_of(outcome: Outcome, answers: Answers) -> Row:
@@ -124,6 +137,7 @@ def _optimality(solution: Solution) -> dict[str, Any]:
         "dual_residual": max(0.0, -residuals.min_reaction),
         "relative_bound": solution.relative_bound,
         "contact": int(np.count_nonzero(solution.contact)),
+        "contact_upper": None if solution.problem.one_sided else int(np.count_nonzero(solution.contact_upper)),
     }
 
 

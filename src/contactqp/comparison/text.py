@@ -7,21 +7,23 @@ import math
 from dataclasses import asdict
 from typing import Any
 
-from .columns import PRINTED
+from .columns import printed_columns
 from .compared import Compared
+from .rows import records_of
 
 
 def as_text(compared: Compared) -> str:
     """Return the table with what was asked for above it, remarks and verdict below."""
+    columns = printed_columns(compared.answers.problem)
     table = [
-        [column.printed for column in PRINTED],
-        *([column.text(row) for column in PRINTED] for row in compared.rows),
+        [column.printed for column in columns],
+        *([column.text(row) for column in columns] for row in compared.rows),
     ]
     widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
     lines = [
         "  ".join(
             cell.ljust(width) if column.words else cell.rjust(width)
-            for column, cell, width in zip(PRINTED, line, widths, strict=True)
+            for column, cell, width in zip(columns, line, widths, strict=True)
         )
         for line in table
     ]
@@ -53,7 +55,7 @@ def as_json(compared: Compared, indent: int | None) -> str:
         "false_claims": conclusion.false_claims,
         "findings": conclusion.findings,
         "truth": None if answers.truth is None else {"width": answers.truth.width} | answers.decided,
-        "backends": [asdict(row) for row in compared.rows],
+        "backends": records_of(compared.rows, answers.problem),
         "pairs": [asdict(pair) | {"differing_nodes": pair.differing_nodes.tolist()} for pair in compared.pairs],
         "provenance": compared.provenance.to_dict(),
     }
