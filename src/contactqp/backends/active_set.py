@@ -38,9 +38,9 @@ class ActiveSetBackend(Backend):
         Parameters
         ----------
         problem, task
-            See `Backend.solve`. Without a warm start, or from one whose energy is above that of ω = 0, it works its
-            way up from a coarse problem: that of a coarser lattice, if the matrix is recognised as a rectangular
-            lattice's, and else an algebraic one.
+            See `Backend.solve`. Without a warm start, or from one whose energy is above that of ω = 0, it starts from
+            ω = 0; with more than some thousand unknowns it works its way up from a coarse problem: that of a coarser
+            lattice, if the matrix is recognised as a rectangular lattice's, and else an algebraic one.
         history : bool
             Whether to record of every step: "exchanged" (nodes that changed sides) and "energy" (½ωᵀGω + qᵀω at its
             end, dimensionless).

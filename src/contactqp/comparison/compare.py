@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, TypeVar
 
 from ..backends import choose_backend, get_backend, suitable_backends
 from ..backends.base import Backend
@@ -19,6 +20,8 @@ from ..solving.solver import Solver
 from .comparison import Comparison
 from .outcome import Outcome, Refusal
 from .provenance import Provenance, machine, versions_of
+
+Attempted = TypeVar("Attempted")
 
 
 def compare(
@@ -90,20 +93,10 @@ def compare(
     if known:
         # What the judge prepares once for a problem would otherwise be counted as the first backend's.
         algebra.prepare()
-    outcomes = []
-    for name, had in found.items():
-        if isinstance(had, Refusal):
-            outcomes.append(Outcome(name, had))
-            continue
-        first = _attempt(problem, asked[name], requests[name])
-        again: list[Solution | Refusal] = []
-        if repeats and isinstance(first, Solution):
-            session = Solver(
-                problem, asked[name], tol=tol, max_iter=max_iter, time_limit=time_limit, **requests[name].options
-            )
-            again = [_attempt(problem, asked[name], requests[name], session) for _ in range(repeats)]
-        warm = min((run.seconds for run in again if isinstance(run, Solution)), default=None)
-        outcomes.append(Outcome(name, first, warm))
+    outcomes = [
+        Outcome(name, had) if isinstance(had, Refusal) else _outcome(name, problem, asked[name], requests[name], repeats)
+        for name, had in found.items()
+    ]
     return Comparison(problem, outcomes, request.tolerance, provenance)
 
 
@@ -130,15 +123,40 @@ def _found(backend: str | Backend, problem: ContactQP) -> Backend | Refusal:
         return Refusal.by(error)
 
 
-def _attempt(
-    subject: ContactQP | ContactModel, backend: str | Backend, request: Request, session: Solver | None = None
-) -> Solution | Refusal:
-    """Return a backend's answer, or the refusal that an error on the way stands for."""
+def _outcome(
+    name: str, subject: ContactQP | ContactModel, backend: str | Backend, request: Request, repeats: int
+) -> Outcome:
+    """Return what a backend makes of the problem, and the least time of further runs in one session."""
+    first = _attempt(partial(_cold, subject, backend, request))
+    if not repeats or isinstance(first, Refusal):
+        return Outcome(name, first)
+    session = _attempt(partial(_session, subject, backend, request))
+    if isinstance(session, Refusal):
+        return Outcome(name, first)
+    again = [_attempt(partial(session.solve_varied, subject, warm_start=False)) for _ in range(repeats)]
+    return Outcome(name, first, min((run.seconds for run in again if isinstance(run, Solution)), default=None))
+
+
+def _cold(subject: ContactQP | ContactModel, backend: str | Backend, request: Request) -> Solution:
+    method, note = chosen_backend(backend, split(subject)[1], request.options)
+    return Solution.by(method, subject, request, note=note)
+
+
+def _session(subject: ContactQP | ContactModel, backend: str | Backend, request: Request) -> Solver:
+    return Solver(
+        subject,
+        backend,
+        tol=request.tolerance.setting or request.tolerance.tol,
+        max_iter=request.max_iter,
+        time_limit=request.time_limit,
+        **request.options,
+    )
+
+
+def _attempt(call: Callable[[], Attempted]) -> Attempted | Refusal:
+    """Return what a call returns, or the refusal that an error on the way stands for."""
     try:
-        if session is not None:
-            return session.solve_varied(subject, warm_start=False)
-        method, note = chosen_backend(backend, split(subject)[1], request.options)
-        return Solution.by(method, subject, request, note=note)
+        return call()
     except (KeyboardInterrupt, SystemExit):
         raise
     except BaseException as error:  # whatever a library throws, a panic of compiled code too, is a finding about it

@@ -3,7 +3,7 @@
 Hintermüller, Ito and Kunisch, *The primal-dual active set strategy as a semismooth Newton method*, SIAM J. Optim. 13
 (2002): hold the contact nodes at their bounds, solve for the others, exchange those of the wrong sign. From a
 cold start the contact set moves by a node or so a step, so that the steps grow with the mesh; hence three additions.
-The start comes from coarser problems (nested iteration over an algebraic hierarchy). Nodes are exchanged by
+The start of large problems comes from coarser ones (nested iteration over an algebraic hierarchy). Nodes are exchanged by
 projected relaxation, which moves them by the size of their violation. And the energy ½ωᵀGω + qᵀω falls in every
 step, by a line search where need be, so that no set can come back. Where the line search leaves next to nothing of the
 steps, the plain method takes over: for an M-matrix without upper bounds it comes to an end from any start, although its
@@ -17,16 +17,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...foundation.checks import Mask, Vector
 from ..amg.amg import Amg, rows_of
-from ..factors import DIRECT_SIZE, Solve, factorised
+from ..factors import DIRECT_SIZE
+from ..parts import parts_of
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-_DENSE_SIZE = 50
 
 _SWEEPS = 3
 _JACOBI_SWEEPS = 8
@@ -96,8 +94,7 @@ class ActiveSet:
         self._lower, self._upper = np.ascontiguousarray(lower), np.ascontiguousarray(upper)
         self.omega = np.zeros(q.size)
         self._diagonal = matrix.diagonal()
-        # Of few unknowns a dense matrix is multiplied and solved with in less time than a sparse one is looked at.
-        self._operator = matrix.toarray() if q.size <= _DENSE_SIZE else matrix
+        self._parts = parts_of(matrix)
         # Where unknowns hang together in lines, a factorisation has no fill.
         self.direct = q.size <= DIRECT_SIZE or int(np.diff(matrix.indptr).max()) <= 3
         self._rows = rows_of(matrix)
@@ -117,8 +114,11 @@ class ActiveSet:
         self._seen.clear()
 
     def start(self, report: Callable[[str], None] = lambda text: None) -> None:
-        """Start from the solution of coarser problems, whose unknowns are weights of smooth shapes."""
-        if self.q.size <= 1:
+        """Start from the solution of coarser problems, whose unknowns are weights of smooth shapes.
+
+        Up to some thousand unknowns the few steps that this saves take less time than the hierarchy: the start is ω = 0.
+        """
+        if self.q.size <= DIRECT_SIZE:
             return
         hierarchy = Amg(self.matrix, self._candidate)
         forces, lowers, uppers = [self.q], [self._lower], [self._upper]
@@ -146,7 +146,7 @@ class ActiveSet:
         before = self.omega
         self._relax()
         exchanged = self._take(*self._held())
-        reaction = self._operator @ self.omega + self.q
+        reaction = self._parts.product(self.omega) + self.q
         target = self._solve(reaction, self._iterations(exchanged))
         damping = self._move_to(target, reaction)
         moved = float(np.abs(self.omega - before).max())
@@ -183,7 +183,7 @@ class ActiveSet:
 
     def _presses(self) -> bool:
         """Whether no contact node is pulled from its bound by more than rounding errors."""
-        reaction = self._operator @ self.omega + self.q
+        reaction = self._parts.product(self.omega) + self.q
         rounding = 8 * _ROUNDING * float((self._diagonal * np.abs(self.omega)).max())
         pressed = np.where(self._at_upper, -reaction, reaction) >= -rounding
         return bool(pressed[~self._free].all())
@@ -195,8 +195,8 @@ class ActiveSet:
         """
         at_bound = np.where(self._at_upper, self._upper, self._lower) if self._upper.size else self._lower
         self.omega = np.where(self._free, self.omega, at_bound)
-        self.omega = self._solve(self._operator @ self.omega + self.q, _MOST_ITERATIONS)
-        reaction = self._operator @ self.omega + self.q
+        self.omega = self._solve(self._parts.product(self.omega) + self.q, _MOST_ITERATIONS)
+        reaction = self._parts.product(self.omega) + self.q
         leaves = np.where(self._at_upper, reaction > 0, reaction < 0)
         below, above = self._held()
         exchanged = self._take(
@@ -220,7 +220,7 @@ class ActiveSet:
         """Do projected relaxation sweeps: Gauss-Seidel, or damped Jacobi where nothing is to be compiled."""
         if self.direct:
             for _ in range(_JACOBI_SWEEPS):
-                correction = (self._operator @ self.omega + self.q) / self._diagonal
+                correction = (self._parts.product(self.omega) + self.q) / self._diagonal
                 self.omega = self.projected(self.omega - _JACOBI_DAMPING * correction)
             return
         from ..amg import sparse_kernels
@@ -231,24 +231,17 @@ class ActiveSet:
 
     def _solve_direct(self, reaction: Vector) -> Vector:
         """Return ω after a correction that takes the reaction of free nodes away, by a factorisation."""
-        chosen = np.flatnonzero(self._free)
+        free = self._free
         target = self.omega.copy()
-        if not chosen.size:
+        if not free.any():
             return target
-        solve = self._solver_of(chosen)
-        target[chosen] -= solve(reaction[chosen])
-        rest = (self._operator @ target + self.q)[chosen]
-        target[chosen] -= solve(rest)
-        return target
-
-    def _solver_of(self, chosen: NDArray[np.intp]) -> Solve:
-        if self.q.size <= _DENSE_SIZE:
-            part = self._operator[np.ix_(chosen, chosen)]
-            return lambda force: np.asarray(np.linalg.solve(part, force))
-        solve = factorised(self.matrix[chosen][:, chosen])
+        solve = self._parts.solver(free)
         if solve is None:
             raise RuntimeError("the matrix of the free nodes is singular in double precision")
-        return solve
+        target[free] -= solve(reaction[free])
+        rest = (self._parts.product(target) + self.q)[free]
+        target[free] -= solve(rest)
+        return target
 
     def _solve_iteratively(self, reaction: Vector, iterations: int) -> Vector:
         """Return the same by at most so many preconditioned conjugate gradient iterations; rounding errors end them."""
@@ -269,7 +262,7 @@ class ActiveSet:
             direction *= product / before
             direction += preconditioned
             before = product
-            image = np.where(keep, self._operator @ direction, 0.0)
+            image = np.where(keep, self._parts.product(direction), 0.0)
             curvature = float((direction * image).sum())
             if not curvature > 0:
                 break
@@ -292,7 +285,7 @@ class ActiveSet:
         projected = self.projected(target)
         way = projected - self.omega
         slope = float((way * reaction).sum())
-        curvature = float((way * (self._operator @ way)).sum())
+        curvature = float((way * (self._parts.product(way))).sum())
         if slope + curvature <= 0 or curvature <= 0:
             self.omega = projected
             return 1.0

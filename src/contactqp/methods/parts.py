@@ -1,0 +1,125 @@
+"""Principal submatrices of one symmetric matrix: how each is multiplied by, and solved with, as its size asks for."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..foundation.checks import Mask, Vector
+from .factors import Solve, factorised
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+_DENSE_SIZE = 50
+"""Up to so many unknowns a dense matrix is multiplied and solved with in less time than a sparse one is looked at."""
+
+_NARROW = 3.0
+"""A band of this many times the root of the size is factorised faster than the sparse matrix, up to some thousands."""
+
+
+class Parts(ABC):
+    """A symmetric positive definite matrix G, and equations G_FF x = f for sets F of its unknowns.
+
+    The factors of the last set are kept.
+    """
+
+    def __init__(self) -> None:
+        self._chosen: Mask | None = None
+        self._solve: Solve | None = None
+
+    @abstractmethod
+    def product(self, vector: Vector) -> Vector:
+        """Return G times a vector, shape (n,)."""
+
+    def solver(self, chosen: Mask) -> Solve | None:
+        """Return a function that solves G_FF x = f with vectors of F's length; None where G_FF is singular.
+
+        Parameters
+        ----------
+        chosen : array of bool, shape (n,)
+            The set F, which is not empty.
+        """
+        if self._chosen is None or not np.array_equal(chosen, self._chosen):
+            self._chosen, self._solve = chosen.copy(), self._factorised(chosen)
+        return self._solve
+
+    @abstractmethod
+    def _factorised(self, chosen: Mask) -> Solve | None:
+        """Return what `solver` does for a new set."""
+
+
+class _Dense(Parts):
+    def __init__(self, matrix: csr_array) -> None:
+        super().__init__()
+        self._matrix = matrix.toarray()
+
+    def product(self, vector: Vector) -> Vector:
+        return np.asarray(self._matrix @ vector)
+
+    def _factorised(self, chosen: Mask) -> Solve | None:
+        part = self._matrix[np.ix_(chosen, chosen)]
+        return lambda force: np.asarray(np.linalg.solve(part, force))
+
+
+class _Sparse(Parts):
+    def __init__(self, matrix: csr_array) -> None:
+        super().__init__()
+        self._matrix = matrix
+
+    def product(self, vector: Vector) -> Vector:
+        return np.asarray(self._matrix @ vector)
+
+    def _factorised(self, chosen: Mask) -> Solve | None:
+        rows = np.flatnonzero(chosen)
+        return factorised(self._matrix[rows][:, rows])
+
+
+class _Banded(_Sparse):
+    """A narrow band, by LAPACK's Cholesky factors: no ordering to be found, no fill to be foreseen."""
+
+    def __init__(self, matrix: csr_array, rows: NDArray[np.intp]) -> None:
+        super().__init__(matrix)
+        below = rows >= matrix.indices
+        self._rows, self._columns, self._values = rows[below], matrix.indices[below], matrix.data[below]
+
+    def _factorised(self, chosen: Mask) -> Solve | None:
+        from scipy.linalg import lapack
+
+        kept = chosen[self._rows] & chosen[self._columns]
+        number = np.cumsum(chosen) - 1
+        column = number[self._columns[kept]]
+        offset = number[self._rows[kept]] - column
+        band = np.zeros((int(offset.max()) + 1, int(number[-1]) + 1), order="F")
+        band[offset, column] = self._values[kept]
+        factor, pivot = lapack.dpbtrf(band, lower=1, overwrite_ab=1)
+        if pivot:
+            return None
+        return lambda force: np.asarray(lapack.dpbtrs(factor, force, lower=1)[0])
+
+
+def parts_of(matrix: csr_array) -> Parts:
+    """Return the parts of a matrix.
+
+    Parameters
+    ----------
+    matrix : csr_array, shape (n, n)
+        Symmetric positive definite, with ascending column numbers and each entry once.
+
+    Examples
+    --------
+    >>> from scipy import sparse
+    >>> parts = parts_of(sparse.csr_array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]))
+    >>> solve = parts.solver(np.array([True, False, True]))
+    >>> solve(np.array([1.0, 3.0]))
+    array([0.5, 1.5])
+    """
+    size = matrix.shape[0]
+    if size <= _DENSE_SIZE:
+        return _Dense(matrix)
+    rows = np.repeat(np.arange(size), np.diff(matrix.indptr))
+    width = int(np.abs(rows - matrix.indices).max())
+    return _Banded(matrix, rows) if width <= _NARROW * np.sqrt(size) else _Sparse(matrix)
