@@ -9,6 +9,7 @@ from strategies import BACKENDS, altered
 import contactqp as cq
 from contactqp.backends import get_backend
 from contactqp.backends.base import Answer, Backend, State, Stop
+from contactqp.backends.psor import Psor
 from contactqp.comparison.comparison import Comparison
 from contactqp.comparison.outcome import Outcome
 from contactqp.proof.judge import judge

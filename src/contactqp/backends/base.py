@@ -119,7 +119,10 @@ class Task:
     keeps : bool
         Whether a state that is prepared for the task will be asked again, so that it is worth its memory.
     resumes : bool
-        Whether ``warm_start`` is the state's own last answer, and only the forces have changed since.
+        Whether ``warm_start`` stems from the state's own last answer, and only the forces have changed since.
+    predicted : bool
+        Whether ``warm_start`` is extrapolated from the last two answers, and their contact set has stayed or grown:
+        nodes that are about to leave contact show nothing of it before.
     """
 
     tol: float
@@ -134,6 +137,7 @@ class Task:
     given: frozenset[str] = frozenset()
     keeps: bool = False
     resumes: bool = False
+    predicted: bool = False
     started: float = field(default_factory=time.perf_counter)
 
     def accepts(self, gap: Vector) -> bool:

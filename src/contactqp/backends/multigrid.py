@@ -117,21 +117,25 @@ class _Prepared(State):
     def _started(self, q: Vector, problem: ContactQP, task: Task, team: Team) -> ContactMultigrid:
         """Return the iteration at its start.
 
-        It goes on from its own last answer, if that is the warm start; else from the warm start, unless ω = 0 has less
-        energy; else from coarser lattices.
+        After its own last answer it goes on from a prediction, or from what the coarser lattices' solutions change by;
+        from another warm start, unless ω = 0 has less energy. Else it starts from the coarser lattices.
         """
         from ..methods.multigrid.contact import ContactMultigrid
         from ..methods.multigrid.nested import Nest
 
-        layout = self._arms.layout
-        forces, limits, height = layout.grid(q), problem.bound_grids(), problem.reference_grid()
+        layout, limits = self._arms.layout, problem.bound_grids()
         unit = float(np.max(task.length_unit))
         nest, self._nest = self._nest, None
-        if task.warm_start is not None and nest is not None and task.resumes:
+        if task.warm_start is not None and nest is not None and (task.predicted or task.resumes):
             nest.work_with(team)
-            nest.change(forces, height, limits, factor=self._unit / unit)
+            if task.predicted:
+                nest.start(task.warm_start, q, limits)
+            elif nest.complete:
+                nest.change(layout.grid(q), problem.reference_grid(), limits, factor=self._unit / unit)
+            else:
+                nest = None
         elif task.warm_start is not None:
-            solver = ContactMultigrid(self._arms, forces, team, limits)
+            solver = ContactMultigrid(self._arms, layout.grid(q), team, limits)
             solver.omega[...] = layout.grid(problem.project(task.warm_start))
             with np.errstate(over="ignore", invalid="ignore"):
                 if solver.energy() <= 0:
@@ -140,8 +144,8 @@ class _Prepared(State):
         if task.warm_start is None or nest is None:
             nest = Nest(self._arms, team)
             nest.begin(
-                forces,
-                height,
+                layout.grid(q),
+                problem.reference_grid(),
                 lambda nodes: task.progress.update(f"nested iteration, {nodes} nodes"),
                 limits,
                 keep=self._keeps,

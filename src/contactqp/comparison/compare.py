@@ -94,7 +94,9 @@ def compare(
         # What the judge prepares once for a problem would otherwise be counted as the first backend's.
         algebra.prepare()
     outcomes = [
-        Outcome(name, had) if isinstance(had, Refusal) else _outcome(name, problem, asked[name], requests[name], repeats)
+        Outcome(name, had)
+        if isinstance(had, Refusal)
+        else _outcome(name, problem, asked[name], requests[name], repeats)
         for name, had in found.items()
     ]
     return Comparison(problem, outcomes, request.tolerance, provenance)

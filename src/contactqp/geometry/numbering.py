@@ -133,11 +133,11 @@ class Layout(Numbering):
         """Return zeros on the rectangle with the ring about it."""
         return np.zeros((self.rows + 2, self.columns + 2), dtype=dtype)
 
-    def grid(self, vector: Vector) -> Grid:
-        """Lay a vector in node order out, with the ring about it; zero elsewhere."""
+    def grid(self, vector: Vector, out: Grid | None = None) -> Grid:
+        """Lay a vector in node order out, with the ring about it; zero elsewhere, or what ``out`` holds there."""
         from .numbering_kernels import lay_out
 
-        grid = self.zeros()
+        grid = self.zeros() if out is None else out
         lay_out(vector, grid, self.runs)
         return grid
 

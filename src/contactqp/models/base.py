@@ -253,13 +253,18 @@ class ContactModel(ABC):
         """
         if barrier is None:
             return None
-        v = barrier.v
-        down = barrier.mean_deflection(np.maximum(self.nodal_load, 0.0), v) * v / v.mean()
-        suction = barrier.mean_deflection(np.maximum(-self.nodal_load, 0.0), v)
+        v, load = barrier.v, self.nodal_load
+        mean = barrier.mean_deflection(np.maximum(load, 0.0), v)
+        suction = barrier.mean_deflection(np.maximum(-load, 0.0), v) if load.min() < 0 else 0.0
+        # Vectors of this length are made seldom: on large lattices that is what takes the time.
+        down = mean * v
+        down /= v.mean()
+        least_down = _LEAST_DEPTH * float(down.mean())
         depth = self.support - self._datum
-        reachable = float(np.minimum(np.maximum(depth, 0.0), down + self._frame_relief()).mean())
         summit = max(0.0, -float(depth.min()))
-        return max(reachable + suction + summit, _LEAST_DEPTH * float(down.mean())) or None
+        down += self._frame_relief()
+        reachable = float(np.minimum(np.maximum(depth, 0.0, out=depth), down, out=down).mean())
+        return max(reachable + suction + summit, least_down) or None
 
     def deflection(self, gap: Vector) -> Vector:
         """Return w = f - ω (length, positive downwards); without a support the frame's mean height stands for f."""

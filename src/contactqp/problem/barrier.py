@@ -67,7 +67,9 @@ class Barrier:
         """
         v = self.v if v is None else v
         with np.errstate(over="ignore"):
-            return float(v @ (force / self.s.min() / v.size))
+            share = force / self.s.min()
+            share /= v.size
+            return float(v @ share)
 
     @property
     def reach(self) -> float:

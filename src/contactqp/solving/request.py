@@ -71,6 +71,7 @@ class Request:
         progress: Progress | None = None,
         keeps: bool = False,
         resumes: bool = False,
+        predicted: bool = False,
     ) -> Task:
         """Return the task that a backend is given, whose clock starts now.
 
@@ -80,7 +81,7 @@ class Request:
             As posed, not scaled.
         units : Units
             Those of the dimensionless problem.
-        bound, warm_start, progress, keeps, resumes
+        bound, warm_start, progress, keeps, resumes, predicted
             See `Task`; by default no progress is shown.
         """
         return Task(
@@ -96,4 +97,5 @@ class Request:
             given=frozenset(self.options),
             keeps=keeps,
             resumes=resumes,
+            predicted=predicted,
         )

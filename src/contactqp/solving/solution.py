@@ -108,6 +108,8 @@ class _Questions:
         gap = self._units.gap(dimensionless)
         if not np.isfinite(gap).all():
             return np.inf
+        # What the last question needed is given up before another one is measured.
+        self._measures = None
         self._asked, self._gap, self._measures = dimensionless, gap, measure(self._problem, gap)
         return self._measures.relative_bound
 
@@ -152,6 +154,7 @@ class Solution:
         note: str = "",
         state: State | None = None,
         resumes: bool = False,
+        predicted: bool = False,
     ) -> Solution:
         """Scale the problem, call a backend that suits it, and judge its answer.
 
@@ -166,8 +169,8 @@ class Solution:
             Why the backend was chosen.
         state : State, optional
             What the backend prepared for this problem's matrix and kinds of bounds; its options are those of the state.
-        resumes : bool
-            Whether the warm start is the state's own last answer, and only the forces have changed since.
+        resumes, predicted : bool
+            See `contactqp.backends.base.Task`.
         """
         model, problem = split(subject)
         started = time.perf_counter()
@@ -182,6 +185,7 @@ class Solution:
                 progress=progress,
                 keeps=state is not None,
                 resumes=resumes,
+                predicted=predicted,
             )
             if state is None:
                 answer = backend.solve(scaled, task, **request.options)

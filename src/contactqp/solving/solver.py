@@ -13,6 +13,7 @@ from ..models.base import ContactModel, split
 from ..models.varied import with_lift, with_load_of, with_support, with_tension
 from ..problem.contact_qp import ContactQP
 from .choice import chosen_backend
+from .prediction import Trail
 from .request import Request
 from .solution import OnFailure, Solution
 from .solve import started_from
@@ -22,7 +23,8 @@ class Solver:
     """A session: one model or problem, one backend, and what they keep from solve to solve.
 
     The matrix is checked, and its properties are proven, once; the backend keeps what it has set up (OSQP its
-    workspace, multigrid its hierarchy, active sets their factors); and each solve starts from the last answer.
+    workspace, multigrid its hierarchy, active sets their factors); and each solve starts from the last answer, or from
+    what the last two let expect where the forces go on in one direction.
 
     Parameters
     ----------
@@ -72,6 +74,7 @@ class Solver:
         self._state: State | None = None
         self._prepared_for: tuple[object, ...] = ()
         self._last: Vector | None = None
+        self._trail = Trail()
         self._reference: Vector | float = 0.0
 
     @property
@@ -105,7 +108,7 @@ class Solver:
         q : array, shape (n,), optional
             Other forces of a bare `ContactQP` (force).
         warm_start : bool, array or Solution
-            Whether to start from the session's last answer, which is the default; or a gap to start from, shape (n,).
+            Whether to start from the session's last answers, which is the default; or a gap to start from, shape (n,).
         on_failure : {"warn", "raise", "ignore"}
             As for `contactqp.solve`.
 
@@ -140,8 +143,9 @@ class Solver:
             See `solve`.
         """
         _, problem = split(subject)
-        start, state = self._start(warm_start, problem), self._state_for(problem)
-        resumes = start is not None and start is self._last and np.array_equal(problem.reference, self._reference)
+        state = self._state_for(problem)
+        start, predicted = self._start(warm_start, problem)
+        own = isinstance(warm_start, (bool, np.bool_)) and start is not None
         solution = Solution.by(
             self.backend,
             subject,
@@ -149,9 +153,14 @@ class Solver:
             warm_start=start,
             note=self._note,
             state=state,
-            resumes=resumes,
+            resumes=own and np.array_equal(problem.reference, self._reference),
+            predicted=predicted,
         )
         self._last, self._reference = (solution.gap if solution.finite else None), problem.reference
+        if self._last is None:
+            self._trail.clear()
+        else:
+            self._trail.add(problem, self._last)
         return solution
 
     def _state_for(self, problem: ContactQP) -> State:
@@ -162,12 +171,16 @@ class Solver:
             task = self._request.task(problem, units, lambda gap: np.inf, keeps=True)
             self._state = self.backend.prepare(scaled, task, **self._request.options)
             self._prepared_for = mark
+            self._trail.clear()
         return self._state
 
-    def _start(self, value: bool | ArrayLike | Solution, problem: ContactQP) -> Vector | None:
-        if isinstance(value, (bool, np.bool_)):
-            return self._last if value else None
-        return started_from(value, problem)
+    def _start(self, value: bool | ArrayLike | Solution, problem: ContactQP) -> tuple[Vector | None, bool]:
+        """Return where to start from, and whether that foresees all contact (see `Trail.predicted`)."""
+        if not isinstance(value, (bool, np.bool_)):
+            return started_from(value, problem), False
+        if not value:
+            return None, False
+        return self._trail.predicted(problem) or (self._last, False)
 
     def _varied(
         self, load: Any, support: Any, tension: float | None, lift: float | None, q: ArrayLike | None

@@ -3,7 +3,7 @@
 Hintermüller, Ito and Kunisch, *The primal-dual active set strategy as a semismooth Newton method*, SIAM J. Optim. 13
 (2002): hold the contact nodes at their bounds, solve for the others, exchange those of the wrong sign. From a
 cold start the contact set moves by a node or so a step, so that the steps grow with the mesh; hence three additions.
-The start of large problems comes from coarser ones (nested iteration over an algebraic hierarchy). Nodes are exchanged by
+Large problems start from coarser ones (nested iteration over an algebraic hierarchy). Nodes are exchanged by
 projected relaxation, which moves them by the size of their violation. And the energy ½ωᵀGω + qᵀω falls in every
 step, by a line search where need be, so that no set can come back. Where the line search leaves next to nothing of the
 steps, the plain method takes over: for an M-matrix without upper bounds it comes to an end from any start, although its
@@ -116,7 +116,7 @@ class ActiveSet:
     def start(self, report: Callable[[str], None] = lambda text: None) -> None:
         """Start from the solution of coarser problems, whose unknowns are weights of smooth shapes.
 
-        Up to some thousand unknowns the few steps that this saves take less time than the hierarchy: the start is ω = 0.
+        Up to some thousand unknowns it is ω = 0: the few steps that would be saved take less time than the hierarchy.
         """
         if self.q.size <= DIRECT_SIZE:
             return
@@ -214,7 +214,9 @@ class ActiveSet:
         return _LOOSE_ITERATIONS[exchanged <= _FEW * self.q.size]
 
     def _solve(self, reaction: Vector, iterations: int) -> Vector:
-        return self._solve_direct(reaction) if self.direct else self._solve_iteratively(reaction, iterations)
+        if self.direct:
+            return self._solve_direct(reaction, refined=iterations == _MOST_ITERATIONS)
+        return self._solve_iteratively(reaction, iterations)
 
     def _relax(self) -> None:
         """Do projected relaxation sweeps: Gauss-Seidel, or damped Jacobi where nothing is to be compiled."""
@@ -229,7 +231,7 @@ class ActiveSet:
         bounds = self._lower, self._upper
         sparse_kernels.projected_sweeps(*self._rows, 1 / self._diagonal, self.q, *bounds, self.omega, _SWEEPS)
 
-    def _solve_direct(self, reaction: Vector) -> Vector:
+    def _solve_direct(self, reaction: Vector, refined: bool) -> Vector:
         """Return ω after a correction that takes the reaction of free nodes away, by a factorisation."""
         free = self._free
         target = self.omega.copy()
@@ -239,8 +241,9 @@ class ActiveSet:
         if solve is None:
             raise RuntimeError("the matrix of the free nodes is singular in double precision")
         target[free] -= solve(reaction[free])
-        rest = (self._parts.product(target) + self.q)[free]
-        target[free] -= solve(rest)
+        if refined:
+            rest = (self._parts.product(target) + self.q)[free]
+            target[free] -= solve(rest)
         return target
 
     def _solve_iteratively(self, reaction: Vector, iterations: int) -> Vector:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...foundation.checks import Vector
 from ...foundation.threads import Team
 from ...geometry.numbering import Grid
 from .arms import Arms
@@ -91,6 +92,26 @@ class Nest:
         self._coarser = coarser if keep else None
         del coarser
         solver.start(height, coarse_height)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the coarser lattices are at the same forces as this one."""
+        return self._coarser is not None or self.solver.lattice.coarser() is None
+
+    def start(self, gap: Vector, q: Vector, limits: Limits = NO_LIMITS) -> None:
+        """Go on with other forces from a gap that is near the solution; the coarser lattices are given up.
+
+        Parameters
+        ----------
+        gap, q : array, shape (n,)
+            Nodes in the order of the lattice's layout.
+        limits
+            See `nested_start`.
+        """
+        solver, layout = self.solver, self.solver.lattice.layout
+        solver.restart(layout.grid(q, out=solver.q), limits, solver.team)
+        layout.grid(gap, out=solver.omega)
+        self._coarser = None
 
     def change(self, q: Grid, height: Grid, limits: Limits = NO_LIMITS, *, factor: float = 1.0) -> None:
         """Go on with other forces: add to the last solution what the coarser lattices' solutions change by.

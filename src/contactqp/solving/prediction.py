@@ -1,0 +1,150 @@
+"""Prediction of an answer from those before: where forces go on in one direction, so does the gap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..foundation.checks import Mask, Vector
+from ..problem.bounds import Bounds
+from ..problem.contact_qp import ContactQP
+
+_KEPT = 3
+_ALIKE = 1e-6
+"""Part of the change of forces that may point elsewhere than the changes before."""
+
+_FARTHEST = -1.0, 2.0
+"""Steps before and beyond the last answer, in units of the step that led to it, that are worth a prediction."""
+
+
+@dataclass(eq=False)
+class _Answer:
+    """A gap (length), and its place along the way of the forces."""
+
+    place: float
+    gap: Vector
+    bounds: Bounds
+
+    @cached_property
+    def root(self) -> Vector:
+        """Root of the distance from the lower bound, shape (n,); of no use where there is none."""
+        if self.bounds.standard:
+            height = np.maximum(self.gap, 0.0)
+        else:
+            height = np.maximum(self.gap - np.where(self.bounds.supported, self.bounds.lower, 0.0), 0.0)
+        return np.asarray(np.sqrt(height, out=height))
+
+    @cached_property
+    def contact(self) -> Mask:
+        """Nodes at the lower bound, shape (n,)."""
+        return np.asarray(self.gap <= self.bounds.lower)
+
+
+class Trail:
+    """The last answers of a session, as long as only the forces change, and in one direction."""
+
+    def __init__(self) -> None:
+        self._answers: list[_Answer] = []
+        self._forces = self._direction = np.zeros(0)
+        self._next: tuple[ContactQP, float | None] | None = None
+
+    def clear(self) -> None:
+        """Forget the answers, as the matrix is another one from now on."""
+        self._answers, self._next = [], None
+
+    def add(self, problem: ContactQP, gap: Vector) -> None:
+        """Take note of an answer (length), shape (n,)."""
+        if self._answers and not _same(self._answers[-1].bounds, problem.bounds):
+            self.clear()
+        place = 0.0
+        if self._answers:
+            step = self._step(problem)
+            if step is None:
+                self._answers, self._direction, step = self._answers[-1:], problem.q - self._forces, 1.0
+            place = self._answers[-1].place + step
+            if step == 0:
+                self._answers.pop()
+        self._answers = [*self._answers[1 - _KEPT :], _Answer(place, gap, problem.bounds)]
+        self._forces, self._next = problem.q, None
+
+    def predicted(self, problem: ContactQP) -> tuple[Vector, bool] | None:
+        """Return an admissible gap (length) that extrapolates the answers, and whether contact should stay or grow.
+
+        None unless the forces have changed from answer to answer and on to this problem in one direction.
+
+        While no node changes sides, the gap is affine in the forces, and so is the prediction. Where nodes do, it is
+        the root of the gap that is extrapolated: next to the free boundary the gap grows as the square of the distance
+        (Caffarelli, *The regularity of free boundaries in higher dimensions*, Acta Math. 139 (1977)), so that the
+        boundary moves on by as much as before. A straight line through gaps would move a growing contact set too far,
+        by 1.4 times its last step. The nodes in contact are those of a straight line through roots; at the others a
+        parabola is more exact, where there are three answers and contact grows.
+        """
+        if len(self._answers) < 2 or not _same(self._answers[-1].bounds, problem.bounds):
+            return None
+        *_, before, last = self._answers
+        step = self._step(problem)
+        if not step:
+            return None
+        steps = step / (last.place - before.place)
+        least, most = _FARTHEST
+        if not least <= steps <= most:
+            return None
+        bounds = problem.bounds
+        if np.array_equal(before.contact, last.contact):
+            return bounds.project(_beyond(before.gap, last.gap, steps)), True
+        gained = int(np.count_nonzero(last.contact)) - int(np.count_nonzero(before.contact))
+        grows = steps * gained >= 0
+        root = _beyond(before.root, last.root, steps)
+        if grows and len(self._answers) == _KEPT:
+            parabola = self._parabola(last.place + step)
+            parabola[root <= 0] = 0.0
+            root = parabola
+        np.square(np.maximum(root, 0.0, out=root), out=root)
+        if bounds.standard and bounds.supported.all():
+            return root, grows
+        height = root + np.where(bounds.supported, bounds.lower, 0.0)
+        gap = np.where(bounds.supported, height, _beyond(before.gap, last.gap, steps))
+        return bounds.project(gap), grows
+
+    def _parabola(self, place: float) -> Vector:
+        """Return the roots at a place, by the parabola through the last three."""
+        places = [answer.place for answer in self._answers]
+        total, part = np.zeros_like(self._forces), np.empty_like(self._forces)
+        for answer in self._answers:
+            others = [other for other in places if other != answer.place]
+            weight = float(np.prod([(place - other) / (answer.place - other) for other in others]))
+            total += np.multiply(answer.root, weight, out=part)
+        return total
+
+    def _step(self, problem: ContactQP) -> float | None:
+        """Return how far the forces go on in the direction of before; None if they lead elsewhere."""
+        if self._next is None or self._next[0] is not problem:
+            self._next = problem, self._step_of(problem.q - self._forces)
+        return self._next[1]
+
+    def _step_of(self, change: Vector) -> float | None:
+        largest = max(float(change.max()), -float(change.min()))
+        if largest == 0:
+            return 0.0
+        if len(self._answers) < 2:
+            return None
+        direction = self._direction
+        with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
+            step = float(change @ direction) / float(direction @ direction)
+            elsewhere = direction * step
+            np.subtract(change, elsewhere, out=elsewhere)
+            return step if max(elsewhere.max(), -elsewhere.min()) <= _ALIKE * largest else None
+
+
+def _beyond(before: Vector, last: Vector, steps: float) -> Vector:
+    """Return ``last + steps (last - before)``."""
+    gone = last - before
+    gone *= steps
+    gone += last
+    return gone
+
+
+def _same(one: Bounds, other: Bounds) -> bool:
+    return one is other or (np.array_equal(one.lower, other.lower) and np.array_equal(one.upper, other.upper))
