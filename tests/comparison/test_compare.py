@@ -423,18 +423,20 @@ def test_assert_backends_agree_returns_the_comparison():
     assert assert_backends_agree(cq.gallery.islands(), ["psor", "clarabel"]).agree
 
 
-def test_a_session_that_cannot_be_set_up_leaves_the_answer_without_warm_seconds(monkeypatch):
+def test_a_session_that_cannot_be_set_up_leaves_the_answer_without_warm_seconds():
     class Refuses(Psor):
-        name = "refuses-to-prepare-twice"
-        prepared = 0
+        name = "cannot-prepare"
+        asked = 0
 
-        def prepare(self, problem, task, **options):
-            Refuses.prepared += 1
-            if Refuses.prepared > 1:
-                raise MemoryError("no room for a second one")
-            return super().prepare(problem, task, **options)
+        def holds(self, problem):
+            Refuses.asked += 1
+            return "asked too often" if Refuses.asked > 1 else None
+
+        @property
+        def needs(self):
+            return (self,)
 
     (row,) = cq.compare(HEXAGON, [Refuses()], repeats=2).rows
     assert row.status == "certified"
     assert row.warm_seconds is None
-    assert Refuses.prepared > 1
+    assert Refuses.asked == 2

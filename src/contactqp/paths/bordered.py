@@ -37,13 +37,20 @@ class Bordered:
         self.free = self.free.copy()
         self.free[nodes] = ~self.free[nodes]
         self._known = None
-        for node in nodes.tolist():
-            if node in self._borders:
-                self._borders.remove(node)
-            else:
-                self._borders.append(node)
-        if len(self._borders) > _MOST_BORDERS:
+        changed = set(self._borders) ^ set(nodes.tolist())
+        if len(changed) > _MOST_BORDERS:
             self._factorise()
+            return
+        for node in nodes.tolist():
+            if node in changed:
+                self._columns[:, len(self._borders)] = self._column(node)
+                self._borders.append(node)
+            else:
+                # The last border takes the place of the one that is given up.
+                place, last = self._borders.index(node), len(self._borders) - 1
+                self._columns[:, place] = self._columns[:, last]
+                self._borders[place] = self._borders[last]
+                self._borders.pop()
 
     def gap(self) -> Vector:
         """Return x on F and 0 elsewhere, for each column of the forces, shape (n, 2)."""
@@ -53,7 +60,7 @@ class Bordered:
 
     def _gap_with_border(self) -> Vector:
         borders = np.array(self._borders)
-        columns = np.column_stack([self._column(node) for node in self._borders])
+        columns = self._columns[:, : borders.size]
         place = self._place[borders]
         held, released = place >= 0, place < 0
         equations, right = np.empty((borders.size, borders.size)), np.empty((borders.size, self._forces.shape[1]))
@@ -76,21 +83,20 @@ class Bordered:
         return gap
 
     def _column(self, node: int) -> Vector:
-        if node not in self._columns:
+        if self._place[node] >= 0:
             force = np.zeros(self._first.size)
-            if self._place[node] >= 0:
-                force[self._place[node]] = 1.0
-            else:
-                force = self._matrix[[node]][:, self._first].toarray().ravel()
-            self._columns[node] = self._solve(force) if self._first.size else force
-        return self._columns[node]
+            force[self._place[node]] = 1.0
+        else:
+            force = self._matrix[[node]][:, self._first].toarray().ravel()
+        return self._solve(force) if self._first.size else force
 
     def _factorise(self) -> None:
         self._first = np.flatnonzero(self.free)
         self._place = np.full(self.free.size, -1, dtype=np.int64)
         self._place[self._first] = np.arange(self._first.size)
         self._borders: list[int] = []
-        self._columns: dict[int, Vector] = {}
+        # The columns Z of the borders, in their order; a whole array is made once, not at every change.
+        self._columns = np.empty((self._first.size, _MOST_BORDERS), order="F")
         self._known = None
         if not self._first.size:
             self._gap = np.zeros((0, self._forces.shape[1]))
