@@ -131,7 +131,7 @@ def test_time_limits_are_kept_and_reported(name):
     model = cq.gallery.bowl(100)
     solution = cq.solve(model, name, time_limit=1e-4, tol=1e-9, on_failure="ignore")
     assert solution.status == cq.Status.TIME_LIMIT
-    assert solution.seconds < 5
+    assert solution.iterations < cq.solve(model, name, tol=1e-9).iterations
 
 
 @pytest.mark.parametrize("name", ["osqp", "psor"])

@@ -56,7 +56,8 @@ class Psor(Backend):
         relaxation : float in (0, 2) or "auto"
             The factor β; "auto" raises it as the decay of the steps asks for (see `contactqp.methods.sor.relaxation`).
         order : {"lexicographic", "red-black"}
-            Order of the nodes; the second is for membranes and cables only.
+            Order of the nodes; the second is for membranes and cables only. Red and black are told apart by row plus
+            column, counted from the smallest box that holds the nodes.
         stopping : {"certified", "step", "residual"}
             "certified": when the judge is satisfied. "step": when max|ω_i change| of a sweep is below
             ``stopping_length``. "residual": when after a sweep max|min(ω_i, R_i/k)| is, with the stiffness k of an

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...algebra.sparse import SparseStiffness
 from ...foundation.checks import Mask, Vector
 from ..amg.amg import Amg, rows_of
 from ..factors import DIRECT_SIZE
@@ -95,8 +96,7 @@ class ActiveSet:
         self.omega = np.zeros(q.size)
         self._diagonal = matrix.diagonal()
         self._parts = parts_of(matrix)
-        # Where unknowns hang together in lines, a factorisation has no fill.
-        self.direct = q.size <= DIRECT_SIZE or int(np.diff(matrix.indptr).max()) <= 3
+        self.direct = q.size <= DIRECT_SIZE or SparseStiffness(matrix).without_fill
         self._rows = rows_of(matrix)
         self._free: Mask = np.isneginf(self._lower)
         self._at_upper: Mask = np.zeros(q.size, dtype=np.bool_)
