@@ -105,7 +105,8 @@ def test_contact_sets_are_certified_nested_and_the_same_by_every_backend(found):
     assert found.ok
     assert [int(solution.contact.sum()) for solution in found.path.solutions] == CONTACT_NODES
     assert found.backends == BACKENDS
-    assert not found.unloaded.contact.any()
+    assert [int(contact.sum()) for _, contact in found.contact_maps] == [0, *CONTACT_NODES]
+    assert found.unloaded.certificate.clear.all()
 
 
 def test_what_is_not_verified_is_said(found):

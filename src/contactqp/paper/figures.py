@@ -94,21 +94,21 @@ def plot_contact_maps(found: Reproduction) -> Figure:
     """Draw the support and the contact maps of all loads side by side, as Fig. 5 of the paper does."""
     from matplotlib.colors import ListedColormap
 
-    maps = [(0.0, found.unloaded), *zip(found.path.values.tolist(), found.path.solutions, strict=True)]
+    maps = found.contact_maps
     rows = -(-(len(maps) + 1) // _COLUMNS)
     figure = new_figure(13.0, 2.5 * rows + 0.5)
     panels = figure.subplots(rows, _COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
     _draw_support(panels[0], figure, found.membrane)
-    for axes, (load, solution) in zip(panels[1:], maps, strict=False):
+    for axes, (load, contact) in zip(panels[1:], maps, strict=False):
         lattice = found.membrane.lattice
-        grid = lattice.scatter(solution.contact.astype(float))
+        grid = lattice.scatter(contact.astype(float))
         colours = ListedColormap([CLEAR, CONTACT])
         axes.pcolormesh(
             lattice.x, lattice.y, grid, cmap=colours, vmin=-0.5, vmax=1.5, shading="nearest", rasterized=True
         )
         draw_frame_outline(axes, found.membrane)
         name = "0" if load == 0 else f"{load:.2f}"
-        axes.set_title(f"P′ = {name}: {np.count_nonzero(solution.contact)} nodes settled", fontsize="medium")
+        axes.set_title(f"P′ = {name}: {np.count_nonzero(contact)} nodes settled", fontsize="medium")
     for axes in panels[: len(maps) + 1]:
         axes.set(aspect="equal", xticks=[-32, 0, 32], yticks=[-24, 0, 24])
         tidy(axes)

@@ -134,10 +134,10 @@ def contact_maps(found: Reproduction) -> str:
         "Contact maps in the manner of Fig. 5 of the paper: a dot for each node, a star where the membrane has settled."
         f"\n{SURROGATE}\nUnloaded, the membrane lies in the plane of the summit: it touches there and does not press."
     ]
-    for load, solution in ((0.0, found.unloaded), *zip(found.path.values, found.path.solutions, strict=True)):
+    for load, contact in found.contact_maps:
         name = "0" if load == 0 else f"{load:.2f}"
-        parts.append(f"P′ = {name}: {np.count_nonzero(solution.contact)} of {lattice.size} nodes have settled")
-        parts.append(text_map(lattice, solution.contact))
+        parts.append(f"P′ = {name}: {np.count_nonzero(contact)} of {lattice.size} nodes have settled")
+        parts.append(text_map(lattice, contact))
     return "\n\n".join(parts) + "\n"
 
 

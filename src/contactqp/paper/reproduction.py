@@ -11,7 +11,7 @@ import numpy as np
 
 from ..comparison.compare import compare
 from ..comparison.comparison import Comparison
-from ..foundation.checks import Vector, read_only
+from ..foundation.checks import Mask, Vector, read_only
 from ..foundation.progress import Progress
 from ..gallery.membranes import PAPER_LOADS, paper_hexagon
 from ..models.membrane import Membrane
@@ -77,6 +77,19 @@ class Reproduction:
         """The model of the path, which has a lattice."""
         assert isinstance(self.path.model, Membrane)
         return self.path.model
+
+    @property
+    def contact_maps(self) -> list[tuple[float, Mask]]:
+        """P′ and the nodes in contact, shape (n,), unloaded and at each load of the path.
+
+        A node that a certificate proves clear is not in contact, whatever its answer says: unloaded, gap and reaction
+        of the summit are zero but for rounding.
+        """
+        loads = [0.0, *map(float, self.path.values)]
+        return [
+            (load, solution.contact if solution.certificate is None else solution.contact & ~solution.certificate.clear)
+            for load, solution in zip(loads, (self.unloaded, *self.path.solutions), strict=True)
+        ]
 
     @property
     def decided(self) -> bool:
