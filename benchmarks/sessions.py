@@ -1,0 +1,114 @@
+"""What sessions save, as ratios measured in one run.
+
+    python benchmarks/sessions.py                 # every measure, about two minutes
+    python benchmarks/sessions.py path small      # some of them
+
+Measures:
+
+    path        20 loads on the bowl 511² by multigrid, a load against cold solves of the model and of a new one
+    osqp        20 loads on the hexagon by OSQP in a session, against cold solves
+    touchdown   touchdown loads to 1e-3 on the bowl 63², against following the events
+    small       milliseconds of a solve: 2 unknowns in a session and by `solve`, 30² nodes built and solved
+
+Times are the least of ``--repeat`` runs, taken in turn with what they are compared to.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+import contactqp as cq
+
+
+def in_turn(repeat: int, *calls: Callable[[], object]) -> list[float]:
+    """Return the least time of each call, after one run of each to warm up."""
+    times = []
+    for _ in range(repeat + 1):
+        row = []
+        for call in calls:
+            started = time.perf_counter()
+            call()
+            row.append(time.perf_counter() - started)
+        times.append(row)
+    return [float(least) for least in np.array(times[1:]).min(axis=0)]
+
+
+def path(repeat: int, nodes: int) -> None:
+    model, loads = cq.gallery.bowl(nodes), np.linspace(0.5, 1.5, 20)
+    twenty, cold, fresh = in_turn(
+        repeat,
+        lambda: cq.trace(model, loads=loads, backend="multigrid"),
+        lambda: cq.solve(model, "multigrid"),
+        lambda: cq.solve(cq.gallery.bowl(nodes), "multigrid"),
+    )
+    load = twenty / loads.size
+    print(
+        f"path       {nodes}²: {1e3 * load:.1f} ms a load; {load / cold:.2f} x a cold solve ({1e3 * cold:.1f} ms), ",
+        end="",
+    )
+    print(f"{load / fresh:.2f} x one of a new model ({1e3 * fresh:.1f} ms)")
+
+
+def osqp(repeat: int) -> None:
+    model, loads = cq.gallery.paper_hexagon(), np.linspace(0.01, 0.035, 20)
+    models = [cq.gallery.paper_hexagon(float(load)) for load in loads]
+
+    def session() -> None:
+        solver = cq.Solver(model, "osqp")
+        for load in loads:
+            solver.solve(load=float(load))
+
+    warm, cold = in_turn(repeat, session, lambda: [cq.solve(one, "osqp") for one in models])
+    print(f"osqp       20 loads in {1e3 * warm:.0f} ms, {cold / warm:.2f} x faster than cold ({1e3 * cold:.0f} ms)")
+
+
+def touchdown(repeat: int, nodes: int) -> None:
+    model = cq.gallery.bowl(nodes)
+    loads = cq.trace(model, loads=np.linspace(0.05, 1.0, 20))
+    brackets, events = in_turn(
+        repeat, lambda: loads.touchdown(width=1e-3), lambda: cq.events(model, start=0.05, stop=1.0)
+    )
+    print(f"touchdown  {nodes}²: {brackets:.2f} s, {brackets / events:.2f} x following the events ({events:.2f} s)")
+
+
+def small(repeat: int) -> None:
+    problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+    solver = cq.Solver(problem)
+    forces = [np.array([-1.0, 3.0]), np.array([-2.0, 3.0])]
+    lattice = cq.Frame.rectangle(31.0, 31.0).lattice(1.0)
+    session, single, square = in_turn(
+        100 * repeat,
+        lambda: [solver.solve(q=q) for q in forces],
+        lambda: cq.solve(problem),
+        lambda: cq.solve(cq.Membrane(lattice, 1.0, 0.05, 2.0)),
+    )
+    print(f"small      2 unknowns: {500 * session:.2f} ms in a session, {1e3 * single:.2f} ms by solve; ", end="")
+    print(f"{lattice.size} nodes built and solved: {1e3 * square:.1f} ms")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("measures", nargs="*", metavar="measure", help="path, osqp, touchdown, small; all by default")
+    parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--path", type=int, default=511)
+    parser.add_argument("--touchdown", type=int, default=63)
+    given = parser.parse_args()
+    measures: dict[str, Callable[[], None]] = {
+        "path": lambda: path(given.repeat, given.path),
+        "osqp": lambda: osqp(given.repeat),
+        "touchdown": lambda: touchdown(given.repeat, given.touchdown),
+        "small": lambda: small(given.repeat),
+    }
+    unknown = sorted(set(given.measures) - set(measures))
+    if unknown:
+        parser.error(f"unknown measure {unknown[0]!r}; known are {', '.join(measures)}")
+    for name in given.measures or measures:
+        measures[name]()
+
+
+if __name__ == "__main__":
+    main()
