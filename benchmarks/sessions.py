@@ -16,25 +16,12 @@ Times are the least of ``--repeat`` runs, taken in turn with what they are compa
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Callable
 
 import numpy as np
+from timing import in_turn
 
 import contactqp as cq
-
-
-def in_turn(repeat: int, *calls: Callable[[], object]) -> list[float]:
-    """Return the least time of each call, after one run of each to warm up."""
-    times = []
-    for _ in range(repeat + 1):
-        row = []
-        for call in calls:
-            started = time.perf_counter()
-            call()
-            row.append(time.perf_counter() - started)
-        times.append(row)
-    return [float(least) for least in np.array(times[1:]).min(axis=0)]
 
 
 def path(repeat: int, nodes: int) -> None:

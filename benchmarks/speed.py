@@ -31,6 +31,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from timing import in_turn, seconds
 
 import contactqp as cq
 from contactqp.foundation.threads import Team
@@ -66,20 +67,6 @@ COLOURS = {
     "active-set": "#555555",
     "multigrid": "#d6336c",
 }
-
-
-def seconds(call: Callable[[], object]) -> float:
-    started = time.perf_counter()
-    call()
-    return time.perf_counter() - started
-
-
-def in_turn(repeat: int, *calls: Callable[[], object]) -> list[float]:
-    """Return the least time of each call, after one run of each to warm up."""
-    for call in calls:
-        call()
-    times = np.array([[seconds(call) for call in calls] for _ in range(repeat)])
-    return [float(least) for least in times.min(axis=0)]
 
 
 def report(name: str, text: str) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from .comparison.compare import compare
 from .comparison.comparison import Comparison
 from .foundation.checks import Mask, Vector, finite_number, open_interval, vector
+from .foundation.text import at_upper_bound
 from .models.base import ContactModel
 from .problem.contact_qp import ContactQP
 from .proof.certificate import Certificate
@@ -321,8 +322,8 @@ def _state(solution: Solution, node: int) -> str:
 
 
 def _count_contact(solution: Solution) -> str:
-    upper = "" if solution.problem.one_sided else f" ({int(solution.contact_upper.sum())} of them at the upper bound)"
-    return f"{int(solution.contact.sum())} in contact{upper}"
+    upper = None if solution.problem.one_sided else int(solution.contact_upper.sum())
+    return f"{int(solution.contact.sum())} in contact{at_upper_bound(upper)}"
 
 
 def _list_nodes(nodes: NDArray[np.intp], line: Callable[[int], str]) -> str:

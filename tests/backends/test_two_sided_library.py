@@ -131,7 +131,7 @@ def test_clarabel_gets_a_row_for_every_bound_and_none_else(monkeypatch):
 
 @pytest.mark.parametrize("backend", ["psor", "multigrid", "active-set", "osqp"])
 def test_lower_bounds_above_zero_on_a_lattice(backend):
-    """Nothing pushes as hard as the bound holds: every gap is at it."""
+    """Kernels must be told these bounds, although they are zero once gaps are counted from them."""
     stencil = cq.Stencil(np.ones((12, 12), dtype=bool), 1.0, 1.0)
     solution = cq.solve(cq.ContactQP(stencil, np.full(stencil.size, -0.001), lower=0.5), backend)
     dense = cq.ContactQP(stencil.tocsr().toarray(), np.full(stencil.size, -0.001), lower=0.5)

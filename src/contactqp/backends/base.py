@@ -121,7 +121,7 @@ class Task:
     resumes : bool
         Whether ``warm_start`` stems from the state's own last answer, and only the forces have changed since.
     predicted : bool
-        Whether ``warm_start`` is extrapolated from the last two answers, and their contact set has stayed or grown:
+        Whether ``warm_start`` is extrapolated from the last answers, and their contact set has stayed or grown:
         nodes that are about to leave contact show nothing of it before.
     """
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..foundation.files import replaced_as_a_whole, require_folder
-from ..foundation.text import number, shortened
+from ..foundation.text import at_upper_bound, number, shortened
 from .columns import GROUPS, Column, columns_of, printed_columns
 from .compared import Compared
 from .disagreement import worst_nodes
@@ -190,7 +190,7 @@ def _truth(compared: Compared) -> str:
         why = "they contradict each other" if certified else "there is none: no answer has a certificate"
         text = f"The exact solution is not enclosed by the answers' certificates: {why}."
     else:
-        decided, upper = answers.decided, _at_upper(answers.decided.get("contact_upper"))
+        decided, upper = answers.decided, at_upper_bound(answers.decided.get("contact_upper"))
         of_scale = f" ({truth.width / scale:.2g} of the gap scale)" if scale > 0 else ""
         text = (
             f"The exact solution of the discrete problem lies in the intersection of {certified} "
@@ -199,11 +199,6 @@ def _truth(compared: Compared) -> str:
             f"{decided['clear']} certainly clear, and {decided['undecided']} undecided."
         )
     return f"<h2>Where the truth lies</h2>\n<p>{escape(text)}</p>\n"
-
-
-def _at_upper(nodes: int | None) -> str:
-    """Return how many of the nodes in contact the upper bound holds; nothing if there is no upper bound."""
-    return "" if nodes is None else f" ({nodes} of them at the upper bound)"
 
 
 def _findings(compared: Compared) -> str:
@@ -251,7 +246,7 @@ def _pictures(compared: Compared) -> str:
     best = answers.best
     if best is None:
         return ""
-    upper = _at_upper(None if answers.problem.one_sided else int(best.contact_upper.sum()))
+    upper = at_upper_bound(None if answers.problem.one_sided else int(best.contact_upper.sum()))
     in_contact = f"{int(best.contact.sum())} of {best.problem.size} nodes in contact{upper}"
     found = _figure(
         plot_comparison(compared),

@@ -31,6 +31,11 @@ def count(value: int | None) -> str:
     return "-" if value is None else str(value)
 
 
+def at_upper_bound(nodes: int | None) -> str:
+    """Return how many of some nodes in contact the upper bound holds, ``""`` if there is no upper bound."""
+    return "" if nodes is None else f" ({nodes} of them at the upper bound)"
+
+
 def seconds(value: float | None) -> str:
     """Return a time with three significant digits, ``-`` for none."""
     return "-" if value is None else f"{value:#.3g}"

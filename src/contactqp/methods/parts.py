@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -81,20 +82,23 @@ class _Sparse(Parts):
 class _Banded(_Sparse):
     """A narrow band, by LAPACK's Cholesky factors: no ordering to be found, no fill to be foreseen."""
 
-    def __init__(self, matrix: csr_array, rows: NDArray[np.intp]) -> None:
-        super().__init__(matrix)
-        below = rows >= matrix.indices
-        self._rows, self._columns, self._values = rows[below], matrix.indices[below], matrix.data[below]
+    @cached_property
+    def _lower_half(self) -> tuple[NDArray[np.int32], NDArray[np.int32], Vector]:
+        """Rows, columns and values of the entries on and below the diagonal, found once something is factorised."""
+        entries = self._matrix.tocoo()
+        below = entries.row >= entries.col
+        return entries.row[below], entries.col[below], entries.data[below]
 
     def _factorised(self, chosen: Mask) -> Solve | None:
         from scipy.linalg import lapack
 
-        kept = chosen[self._rows] & chosen[self._columns]
+        rows, columns, values = self._lower_half
+        kept = chosen[rows] & chosen[columns]
         number = np.cumsum(chosen) - 1
-        column = number[self._columns[kept]]
-        offset = number[self._rows[kept]] - column
+        column = number[columns[kept]]
+        offset = number[rows[kept]] - column
         band = np.zeros((int(offset.max()) + 1, int(number[-1]) + 1), order="F")
-        band[offset, column] = self._values[kept]
+        band[offset, column] = values[kept]
         factor, pivot = lapack.dpbtrf(band, lower=1, overwrite_ab=1)
         if pivot:
             return None
@@ -120,6 +124,5 @@ def parts_of(matrix: csr_array) -> Parts:
     size = matrix.shape[0]
     if size <= _DENSE_SIZE:
         return _Dense(matrix)
-    rows = np.repeat(np.arange(size), np.diff(matrix.indptr))
-    width = int(np.abs(rows - matrix.indices).max())
-    return _Banded(matrix, rows) if width <= _NARROW * np.sqrt(size) else _Sparse(matrix)
+    width = int((np.arange(size) - matrix.indices[matrix.indptr[:-1]]).max())
+    return _Banded(matrix) if width <= _NARROW * np.sqrt(size) else _Sparse(matrix)

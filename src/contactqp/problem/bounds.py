@@ -81,6 +81,11 @@ class Bounds:
         return not np.isfinite(_distinct(self.upper)).any()
 
     @property
+    def floor(self) -> Vector:
+        """The lower bounds, and zero where there is none, shape (n,)."""
+        return np.where(self.supported, self.lower, 0.0)
+
+    @property
     def upper_if_any(self) -> Vector:
         """The upper bounds, shape (n,), or an empty vector where there is none at all, as kernels take them."""
         return np.zeros(0) if self.one_sided else self.upper

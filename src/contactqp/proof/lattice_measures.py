@@ -61,7 +61,7 @@ class LatticeMeasures(Measures):
         self._bounds = (np.zeros(0), np.zeros(0)) if problem.bounds.standard else _contiguous(problem)
         reference = np.atleast_1d(np.asarray(problem.reference, dtype=np.float64))
         reference = reference[:1].copy() if repeated(reference) else np.ascontiguousarray(reference)
-        grid = problem.layout.grid(np.ascontiguousarray(gap, dtype=np.float64))
+        grid = self._grid()
         self._laid_out: Grid | None = grid
         found = self._pass(measure, grid, (problem.q, reference, int(reference.size > 1)))
         raise_by, lower_by, least_gap, least_reaction, work, energy, natural, size = np.array(found).T
@@ -104,13 +104,16 @@ class LatticeMeasures(Measures):
         results = self.raise_by, self.lower_by, lower, upper, contact, above, clear
         grid, self._laid_out = self._laid_out, None
         if grid is None:
-            grid = problem.layout.grid(np.ascontiguousarray(self._gap, dtype=np.float64))
+            grid = self._grid()
         found = self._pass(enclose, grid, (problem.q,), results)
         bound = max(bound for bound, _ in found)
         if not all(finite for _, finite in found) or not np.isfinite(bound):
             return Certificate.unknown(problem, self._barrier.kind)
         certificate = Certificate(problem, lower, upper, _GROW * bound + UNDERFLOW, contact, clear, self._barrier.kind)
         return certificate if problem.one_sided else replace(certificate, contact_upper=above)
+
+    def _grid(self) -> Grid:
+        return self.problem.layout.grid(np.ascontiguousarray(self._gap, dtype=np.float64))
 
     def _pass(self, kernel: Any, grid: Grid, data: tuple[Any, ...], results: tuple[Any, ...] = ()) -> list[Any]:
         """Return what a kernel returns for each strip of the lattice."""

@@ -37,7 +37,7 @@ class VectorMeasures(Measures):
             reaction = product + problem.q
             natural = problem.bounds.natural_map(gap, reaction / problem.stiffness.diagonal())
             room = float((gap - problem.lower).min())
-            least, distance = float(reaction.min()), gap - np.where(problem.supported, problem.lower, 0.0)
+            least, distance = float(reaction.min()), gap - problem.bounds.floor
             if not problem.one_sided:
                 capped = np.isfinite(problem.upper)
                 room = min(room, float((problem.upper - gap).min()))

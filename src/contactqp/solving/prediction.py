@@ -30,10 +30,8 @@ class _Answer:
     @cached_property
     def root(self) -> Vector:
         """Root of the distance from the lower bound, shape (n,); of no use where there is none."""
-        if self.bounds.standard:
-            height = np.maximum(self.gap, 0.0)
-        else:
-            height = np.maximum(self.gap - np.where(self.bounds.supported, self.bounds.lower, 0.0), 0.0)
+        height = self.gap - self.bounds.floor
+        np.maximum(height, 0.0, out=height)
         return np.asarray(np.sqrt(height, out=height))
 
     @cached_property
@@ -104,8 +102,7 @@ class Trail:
         np.square(np.maximum(root, 0.0, out=root), out=root)
         if bounds.standard and bounds.supported.all():
             return root, grows
-        height = root + np.where(bounds.supported, bounds.lower, 0.0)
-        gap = np.where(bounds.supported, height, _beyond(before.gap, last.gap, steps))
+        gap = np.where(bounds.supported, root + bounds.floor, _beyond(before.gap, last.gap, steps))
         return bounds.project(gap), grows
 
     def _parabola(self, place: float) -> Vector:

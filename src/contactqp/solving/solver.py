@@ -24,7 +24,7 @@ class Solver:
 
     The matrix is checked, and its properties are proven, once; the backend keeps what it has set up (OSQP its
     workspace, multigrid its hierarchy, active sets their factors); and each solve starts from the last answer, or from
-    what the last two let expect where the forces go on in one direction.
+    what the last few let expect where the forces go on in one direction.
 
     Parameters
     ----------

@@ -288,7 +288,7 @@ class ActiveSet:
         projected = self.projected(target)
         way = projected - self.omega
         slope = float((way * reaction).sum())
-        curvature = float((way * (self._parts.product(way))).sum())
+        curvature = float((way * self._parts.product(way)).sum())
         if slope + curvature <= 0 or curvature <= 0:
             self.omega = projected
             return 1.0

@@ -57,11 +57,14 @@ class Nest:
     ----------
     solver : ContactMultigrid
         The iteration on the lattice itself.
+    complete : bool
+        Whether the coarser lattices are kept, at the same forces as this one.
     """
 
     def __init__(self, lattice: Arms, team: Team) -> None:
         self.solver = ContactMultigrid(lattice, lattice.layout.zeros(), team)
         self._coarser: Nest | None = None
+        self.complete = False
 
     def begin(
         self,
@@ -76,7 +79,7 @@ class Nest:
 
         What is interpolated is the deflection height - ω, because the gap itself jumps at the frame.
         """
-        solver = self.solver
+        solver, self.complete = self.solver, keep
         solver.restart(q, limits, solver.team)
         solver.omega[...] = 0.0
         coarse = solver.lattice.coarser()
@@ -93,11 +96,6 @@ class Nest:
         del coarser
         solver.start(height, coarse_height)
 
-    @property
-    def complete(self) -> bool:
-        """Whether the coarser lattices are at the same forces as this one."""
-        return self._coarser is not None or self.solver.lattice.coarser() is None
-
     def start(self, gap: Vector, q: Vector, limits: Limits = NO_LIMITS) -> None:
         """Go on with other forces from a gap that is near the solution; the coarser lattices are given up.
 
@@ -111,7 +109,7 @@ class Nest:
         solver, layout = self.solver, self.solver.lattice.layout
         solver.restart(layout.grid(q, out=solver.q), limits, solver.team)
         layout.grid(gap, out=solver.omega)
-        self._coarser = None
+        self._coarser, self.complete = None, False
 
     def change(self, q: Grid, height: Grid, limits: Limits = NO_LIMITS, *, factor: float = 1.0) -> None:
         """Go on with other forces: add to the last solution what the coarser lattices' solutions change by.
