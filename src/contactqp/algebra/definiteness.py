@@ -11,6 +11,10 @@ from ..foundation.checks import Vector
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+_LANCZOS_STEPS = 60
+_LANCZOS_ENDS = 1e-12
+"""A next vector of this length is rounding: the vectors span all that the first one reaches."""
+
 
 def weakly_dominant(matrix: csr_array) -> bool:
     """Whether a Z-matrix is diagonally dominant to rounding, strictly in a row of each connected part.
@@ -57,6 +61,43 @@ def refuse_indefinite(matrix: csr_array) -> None:
         raise ValueError(
             f"G must be positive definite, but numerically it is not: a factorisation finds {negative} pivot(s) <= 0"
         )
+
+
+def ritz_value(matrix: csr_array) -> float:
+    """Return an estimate of the smallest eigenvalue of a symmetric matrix with its diagonal scaled to ones.
+
+    It is the least Ritz value of some steps of Lanczos' iteration, and above the eigenvalue but for rounding: a negative
+    one tells that the matrix is not positive definite.
+
+    Parameters
+    ----------
+    matrix : csr_array, shape (n, n)
+        Symmetric, with a positive diagonal.
+
+    Examples
+    --------
+    >>> from scipy.sparse import csr_array
+    >>> round(ritz_value(csr_array([[4.0, 1.0], [1.0, 1.0]])), 12)
+    0.5
+    """
+    from scipy.linalg import eigvalsh_tridiagonal
+
+    root = np.sqrt(matrix.diagonal())
+    vector = np.random.default_rng(0).uniform(-1, 1, root.size)
+    vector /= np.sqrt((vector * vector).sum())
+    before, beta = np.zeros_like(vector), 0.0
+    diagonal: list[float] = []
+    beside: list[float] = []
+    for _ in range(min(_LANCZOS_STEPS, root.size)):
+        image = (matrix @ (vector / root)) / root - beta * before
+        diagonal.append(float((image * vector).sum()))
+        image -= diagonal[-1] * vector
+        beta = float(np.sqrt((image * image).sum()))
+        if not beta > _LANCZOS_ENDS:
+            break
+        beside.append(beta)
+        before, vector = vector, image / beta
+    return float(eigvalsh_tridiagonal(diagonal, beside[: len(diagonal) - 1]).min())
 
 
 def _negative_pivots(matrix: csr_array, balance: Vector) -> int:

@@ -103,8 +103,8 @@ class Task:
     warm_start : array or None
         A dimensionless gap to start from.
     bound : callable
-        ``bound(gap)`` returns the judge's bound of a dimensionless gap's error, relative to the gap scale: certified
-        for an M-matrix.
+        ``bound(gap)`` returns the judge's bound of a dimensionless gap's error, relative to the gap scale; where
+        nothing is proven of the matrix it is an estimate, by residual and condition, that says how far to go on.
     length_unit : float or array, shape (n,)
         What one dimensionless gap is in the user's unit of length, for options that are lengths.
     gap_scale : float

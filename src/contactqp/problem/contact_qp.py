@@ -308,8 +308,13 @@ class ContactQP:
 
     @property
     def least_eigenvalue(self) -> tuple[float, Vector] | None:
-        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None for large matrices."""
+        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None where none is proven."""
         return self.facts.least_eigenvalue
+
+    @property
+    def estimated_least_eigenvalue(self) -> float:
+        """An estimate > 0 of the smallest eigenvalue of G with its diagonal scaled to ones; no bound, and no proof."""
+        return self.facts.estimated_least_eigenvalue
 
     def prepare(self) -> None:
         """Find the facts about the matrix that judging needs, so that they cost no time later."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from ..algebra.definiteness import refuse_indefinite
+import numpy as np
+
+from ..algebra.definiteness import refuse_indefinite, ritz_value
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Vector
 from .barrier import Barrier, find_barrier
@@ -58,8 +60,13 @@ class MatrixFacts:
 
     @cached_property
     def least_eigenvalue(self) -> tuple[float, Vector] | None:
-        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None for large matrices."""
+        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None where none is proven."""
         return proven_least_eigenvalue(self.G)
+
+    @cached_property
+    def estimated_least_eigenvalue(self) -> float:
+        """An estimate > 0 of the smallest eigenvalue of G with its diagonal scaled to ones; no bound, and no proof."""
+        return max(ritz_value(self.G), float(np.finfo(np.float64).tiny))
 
     @cached_property
     def dimensionless(self) -> tuple[Stiffness, float | Vector, float]:

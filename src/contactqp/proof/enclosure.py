@@ -169,14 +169,14 @@ def multiples(problem: ContactQP, base: Base, v: Vector, s: Vector, proven_conta
     reaching = v > 0
     lower, upper = problem.lower, problem.upper
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        above_lower, slack = _distance(base, lower)
+        above_lower, slack = distance(base, lower)
         above_lower = np.where(reaching & problem.supported, above_lower / v, np.inf)
         slack = np.where(reaching & (lower != 0) & problem.supported, slack / v, 0.0)
         pushed, pulled = (base.error - base.reaction) / s, (base.error + base.reaction) / s
         raising, lowering = pushed, np.minimum(pulled, above_lower + slack)
         at_upper: Mask | np.bool_ = np.False_
         if not problem.one_sided:
-            below_upper, room = _distance(base, upper)
+            below_upper, room = distance(base, upper)
             bounded = reaching & np.isfinite(upper)
             below_upper = np.where(bounded, -below_upper / v, np.inf)
             room = np.where(bounded, room / v, 0.0)
@@ -198,7 +198,7 @@ def multiples(problem: ContactQP, base: Base, v: Vector, s: Vector, proven_conta
     return Multiples(raise_by, lower_by, held, held_above)
 
 
-def _distance(base: Base, bound: Vector) -> tuple[Vector, Vector]:
+def distance(base: Base, bound: Vector) -> tuple[Vector, Vector]:
     """Return how far the base lies above a bound, and what its rounding, twice over, amounts to."""
     from_high = base.high - bound
     return from_high + base.low, 4 * UNIT_ROUNDOFF * (np.abs(from_high) + np.abs(base.low))
