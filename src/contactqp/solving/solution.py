@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
@@ -160,11 +160,12 @@ def _asked(
 ) -> tuple[Answer, Vector | None, Measures | None]:
     """Return a backend's answer, its gap (length), and what has been measured of it.
 
-    A problem that no force opens is answered at once: its solution is the admissible gap nearest to zero.
+    A problem that no force opens is answered here: its solution is the admissible gap nearest to zero. The backend is
+    called only for options, which it alone can check, and whose histories it alone can record.
     """
-    if problem.shut:
-        answer = Answer(np.zeros(problem.size), Stop.DONE, _SHUT, 0, 0.0, 0.0)
-        return answer, np.broadcast_to(problem.bounds.nearest_zero, (problem.size,)).astype(np.float64), None
+    nearest = np.broadcast_to(problem.bounds.nearest_zero, (problem.size,)).astype(np.float64)
+    if problem.shut and not request.options:
+        return Answer(nearest, Stop.DONE, _SHUT, 0, 0.0, 0.0), nearest, None
     questions: _Questions | None = None
 
     def ask() -> tuple[Answer, Vector | None, Measures | None]:
@@ -186,6 +187,8 @@ def _asked(
             answer = backend.solve(scaled, task, **request.options)
         else:
             answer = state().solve(scaled.q, task, scaled)
+        if problem.shut:
+            return replace(answer, gap=nearest, stop=Stop.DONE, termination=_SHUT), nearest, None
         return answer, *questions.known(answer.gap)
 
     with Progress(f"{backend.name} · {problem.size} unknowns") as progress:
