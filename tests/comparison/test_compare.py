@@ -214,7 +214,7 @@ def test_an_answer_that_others_prove_right_is_no_false_claim(monkeypatch):
 
 
 def test_a_false_claim_without_any_enclosure(monkeypatch):
-    monkeypatch.setattr("contactqp.methods.band.MOST_ENTRIES", 2)
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     problem = cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, -0.9, -0.8])
     comparison = cq.compare(problem, ["osqp"], tol="default", options={"osqp": {"eps": 0.5}})
     assert comparison.truth is None
@@ -320,7 +320,7 @@ def test_beyond_m_matrices_agreement_rests_on_proofs(monkeypatch):
     assert [row.backend for row in others.rows] == ["osqp", "clarabel", "psor"]
     assert others.agree
     assert others.verdict().startswith("All 3 backends agree: certified")
-    monkeypatch.setattr("contactqp.methods.band.MOST_ENTRIES", 2)
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     unproven = cq.compare(cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, 0.0, 0.0]))
     assert not unproven.agree
     assert {row.status for row in unproven.rows} == {"unproven"}

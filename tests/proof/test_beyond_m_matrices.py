@@ -105,7 +105,7 @@ def test_what_is_not_positive_definite_has_no_eigenvalue_bound():
 
 
 def test_nothing_is_claimed_where_nothing_is_known(monkeypatch):
-    monkeypatch.setattr("contactqp.methods.band.MOST_ENTRIES", 2)
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     problem = cq.ContactQP(FULL, [-1.0, 0.0, 0.0])
     with pytest.raises(cq.UnsuitableProblemError, match="no enclosure is known"):
         cq.certify(problem, [1.0, 0.0, 0.0])
@@ -130,7 +130,7 @@ def test_a_good_residual_under_a_weak_bound_is_unproven(monkeypatch):
     exact = 1 / (2 - 1e-4)
     off = np.array([exact + 1e-7, exact])
     assert judge(problem, off, tol=1e-6).status == cq.Status.CERTIFIED
-    monkeypatch.setattr("contactqp.methods.band.MOST_ENTRIES", 0)  # so that the bound cannot be laid about a better base
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 0)  # so that the bound cannot be laid about a better base
     verdict = judge(problem, off, tol=1e-6)
     assert verdict.status == cq.Status.UNPROVEN
     assert verdict.certificate.weaker

@@ -77,7 +77,7 @@ def test_slack_widens_the_bounds_by_as_much_as_it_says(solution):
 
 
 def test_what_has_no_bounds_encloses_nothing(solution, monkeypatch):
-    monkeypatch.setattr("contactqp.methods.band.MOST_ENTRIES", 2)
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     unproven = cq.solve(ALL_TIED, on_failure="ignore")
     assert "no enclosure is known for such a matrix" in message_of(assert_encloses, unproven, unproven.gap)
     nothing = altered(solution, residuals=None, certificate=None, status=cq.Status.FAILED, termination="singular")
@@ -149,7 +149,7 @@ def test_a_backend_that_returns_zeros_fails_every_assertion():
 
 
 def test_a_small_residual_without_a_proof_does_not_pass(monkeypatch):
-    monkeypatch.setattr("contactqp.methods.band.MOST_ENTRIES", 2)
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     text = message_of(assert_complementary, ALL_TIED, [1.0, 0.0, 0.0])
     assert text.startswith("gap is not proven to solve ContactQP(3 unknowns")
     assert "no bound is known for such a matrix; residual 0 of the gap scale" in text

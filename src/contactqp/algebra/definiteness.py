@@ -7,9 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..foundation.checks import Vector
+from .band import Band
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
+
+_FEW = 4000
+"""Up to this many unknowns a factorisation is affordable, whatever its fill."""
 
 _LANCZOS_STEPS = 60
 _LANCZOS_ENDS = 1e-12
@@ -39,10 +43,13 @@ def weakly_dominant(matrix: csr_array) -> bool:
 
 
 def refuse_indefinite(matrix: csr_array) -> None:
-    """Raise a ValueError unless the symmetric ``matrix`` is numerically positive definite.
+    """Raise a ValueError if the symmetric ``matrix`` is found to be not positive definite, numerically.
 
-    The signs of the pivots of a symmetric factorisation are counted (Sylvester's law of inertia); an exchange of rows,
-    which only a zero pivot makes necessary, also tells against it.
+    Up to some thousand unknowns the signs of the pivots of a symmetric factorisation are counted (Sylvester's law of
+    inertia); an exchange of rows, which only a zero pivot makes necessary, also tells against it. Above, where nobody
+    knows how many entries such factors would have, Cholesky's factorisation is tried in a band, and where the band is
+    too wide for that, some vectors x are, whether xᵀGx is > 0: then a matrix that passes is not proven to be positive
+    definite.
     """
     entries = matrix.tocoo()
     i, j = entries.coords
@@ -56,11 +63,30 @@ def refuse_indefinite(matrix: csr_array) -> None:
             f"G must be positive definite, but |G[{row}, {column}]| = {abs(value):g} is not below the geometric mean "
             f"of G[{row}, {row}] = {root[row] ** 2:g} and G[{column}, {column}] = {root[column] ** 2:g}"
         )
-    negative = _negative_pivots(matrix, 1 / root)
-    if negative:
-        raise ValueError(
-            f"G must be positive definite, but numerically it is not: a factorisation finds {negative} pivot(s) <= 0"
-        )
+    found = _objection(matrix, 1 / root)
+    if found:
+        raise ValueError(f"G must be positive definite, but numerically it is not: {found}")
+
+
+def _objection(matrix: csr_array, balance: Vector) -> str:
+    """Return what tells against the matrix; nothing if nothing does."""
+    from scipy import sparse
+
+    if matrix.shape[0] <= _FEW:
+        negative = _negative_pivots(matrix, balance)
+        return f"a factorisation finds {negative} pivot(s) <= 0" if negative else ""
+    scaling = sparse.diags_array(balance)
+    unit = (scaling @ matrix @ scaling).tocsr()
+    band, rounding = Band(unit), 4 * np.finfo(float).eps * matrix.shape[0]
+    if band.affordable:
+        factors = band.factors()
+        definite = factors is not None and float((factors.pivots**2).min()) > rounding
+        return "" if definite else "a Cholesky factorisation finds a pivot <= 0"
+    ones = 1 / balance
+    for least in (ritz_value(matrix), float(ones @ (unit @ ones)) / float(ones @ ones)):
+        if least <= rounding:
+            return f"a vector x is found with x·Gx = {least:.2g} x·x, for a diagonal of ones"
+    return ""
 
 
 def ritz_value(matrix: csr_array) -> float:

@@ -129,8 +129,11 @@ class ContactQP:
     ) -> None:
         stiffness = G if isinstance(G, Stiffness) else SparseStiffness.of(G)
         gap_scale = _checked_scale(gap_scale)
+        facts = MatrixFacts(stiffness)
+        if stiffness is not G:
+            facts.require_definite()
         self._fill(
-            MatrixFacts(stiffness),
+            facts,
             read_only(vector(q, stiffness.size, "q")),
             Bounds.of(stiffness.size, lower, upper, supported),
             gap_scale,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..foundation.checks import Vector
-from ..methods.band import Band, Factors
+from ..algebra.band import Band, Factors
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..algebra.definiteness import refuse_indefinite, ritz_value
+from ..algebra.definiteness import refuse_indefinite, ritz_value, weakly_dominant
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Vector
+from ..methods.factors import DIRECT_SIZE
 from .barrier import Barrier, find_barrier
 from .eigenvalue import proven_least_eigenvalue
 
@@ -34,6 +35,22 @@ class MatrixFacts:
         matrix = self.stiffness.tocsr()
         matrix.data.setflags(write=False)
         return matrix
+
+    def require_definite(self) -> None:
+        """Raise a ValueError if the stiffness, a matrix that a user brings, is found to be not positive definite.
+
+        Of a matrix that is diagonally dominant the proof is left to the barrier, which every use of it needs anyway.
+        For many unknowns a barrier, or what else the judge needs, is the proof: that is found once, and kept.
+        """
+        matrix = self.stiffness.tocsr()
+        if weakly_dominant(matrix):
+            return
+        if self.stiffness.size > DIRECT_SIZE:
+            if self.barrier is not None or self.comparison_barrier is not None or self.least_eigenvalue is not None:
+                return
+            if self.stiffness.positive_off_diagonal is None:
+                return  # the search for a barrier has found nothing against it
+        refuse_indefinite(matrix)
 
     @cached_property
     def barrier(self) -> Barrier | None:

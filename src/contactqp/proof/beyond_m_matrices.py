@@ -22,7 +22,7 @@ bound for strongly monotone problems, Pang, *A posteriori error bounds for the l
 inequality problem*, Math. Oper. Res. 12, 1987, with a residual that complementarity makes smaller.) The unknowns are
 first scaled by powers of two that bring the diagonal close to one, which rounds nothing.
 
-That λ is a lower bound is proven in `contactqp.methods.band`.
+That λ is a lower bound is proven in `contactqp.algebra.band`.
 
 *Repair.* Both bounds hold about any base (the second about any admissible one), not only about the answer; and they
 shrink with what the base leaves out of balance. So they are laid about the solution of the equations of the answer's
@@ -41,7 +41,7 @@ import numpy as np
 from ..algebra.compensated import two_sum
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
-from ..methods.band import Band
+from ..algebra.band import Band
 from ..methods.factors import DIRECT_SIZE
 from .enclosure import Base, Enclosure, distance, limit, multiples
 

@@ -146,6 +146,11 @@ class Factors:
     def __init__(self, factor: NDArray[np.float64], place: NDArray[np.int64] | None) -> None:
         self._factor, self._place = factor, place
 
+    @property
+    def pivots(self) -> Vector:
+        """The factor's diagonal, shape (n,)."""
+        return np.asarray(self._factor.diagonal() if self._place is None else self._factor[0])
+
     def solve(self, force: Vector) -> Vector:
         """Return the solution x of Gx = f."""
         from scipy.linalg import lapack
