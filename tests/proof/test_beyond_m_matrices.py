@@ -130,7 +130,9 @@ def test_a_good_residual_under_a_weak_bound_is_unproven(monkeypatch):
     exact = 1 / (2 - 1e-4)
     off = np.array([exact + 1e-7, exact])
     assert judge(problem, off, tol=1e-6).status == cq.Status.CERTIFIED
-    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 0)  # so that the bound cannot be laid about a better base
+    monkeypatch.setattr(
+        "contactqp.algebra.band.MOST_ENTRIES", 0
+    )  # so that the bound cannot be laid about a better base
     verdict = judge(problem, off, tol=1e-6)
     assert verdict.status == cq.Status.UNPROVEN
     assert verdict.certificate.weaker

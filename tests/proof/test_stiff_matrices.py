@@ -32,7 +32,7 @@ def beam_solution(problem, contact):
         q = [Decimal(float(x)) for x in problem.q]
         free = [i for i in range(size) if not contact[i]]
         upper: dict[int, dict[int, Decimal]] = {}
-        right = {}
+        right: dict[int, Decimal] = {}
         for i in free:
             row = {j: x for j, x in rows[i].items() if not contact[j]}
             force = -q[i]

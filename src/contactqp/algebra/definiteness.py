@@ -92,8 +92,8 @@ def _objection(matrix: csr_array, balance: Vector) -> str:
 def ritz_value(matrix: csr_array) -> float:
     """Return an estimate of the smallest eigenvalue of a symmetric matrix with its diagonal scaled to ones.
 
-    It is the least Ritz value of some steps of Lanczos' iteration, and above the eigenvalue but for rounding: a negative
-    one tells that the matrix is not positive definite.
+    It is the least Ritz value of some steps of Lanczos' iteration, and above the eigenvalue but for rounding: where it
+    is negative, the matrix is not positive definite.
 
     Parameters
     ----------

@@ -262,9 +262,7 @@ def _iterated(stiffness: Stiffness, matrix: csr_array, balance: Vector) -> tuple
     return None, False
 
 
-def _approximations(
-    matrix: csr_array, cycle: Callable[[Vector], Vector] | None, steps: int
-) -> Iterator[Vector | None]:
+def _approximations(matrix: csr_array, cycle: Callable[[Vector], Vector] | None, steps: int) -> Iterator[Vector | None]:
     """Yield solutions x of Ax = 1 by conjugate gradients, to a rough and a finer tolerance; None if A is indefinite."""
     right = np.ones(matrix.shape[0])
     x, residual, direction = np.zeros_like(right), right.copy(), np.zeros_like(right)

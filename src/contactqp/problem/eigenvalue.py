@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..foundation.checks import Vector
 from ..algebra.band import Band, Factors
+from ..foundation.checks import Vector
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -66,10 +66,9 @@ def _scaled(matrix: csr_array, units: Vector) -> csr_array | None:
 
 
 def _estimated_least_eigenvalue(factors: Factors, size: int) -> float:
-    """Return a rough estimate, by inverse iteration."""
-    vector = np.random.default_rng(0).uniform(-1, 1, size)
-    length = 1.0
+    """Return an estimate: the Rayleigh quotient after some steps of inverse iteration."""
+    before = vector = np.random.default_rng(0).uniform(-1, 1, size)
     for _ in range(_POWER_STEPS):
-        vector = factors.solve(vector / np.linalg.norm(vector))
-        length = float(np.linalg.norm(vector))
-    return 1 / length
+        before = vector / np.sqrt((vector * vector).sum())
+        vector = factors.solve(before)
+    return float((before * vector).sum() / (vector * vector).sum())

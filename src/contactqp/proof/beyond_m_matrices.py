@@ -38,10 +38,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ..algebra.band import Band
 from ..algebra.compensated import two_sum
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
-from ..algebra.band import Band
 from ..methods.factors import DIRECT_SIZE
 from .enclosure import Base, Enclosure, distance, limit, multiples
 

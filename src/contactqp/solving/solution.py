@@ -183,10 +183,14 @@ def _asked(
             predicted=predicted,
             started=deadline.started,
         )
-        if state is None:
-            answer = backend.solve(scaled, task, **request.options)
-        else:
-            answer = state().solve(scaled.q, task, scaled)
+        try:
+            if state is None:
+                answer = backend.solve(scaled, task, **request.options)
+            else:
+                answer = state().solve(scaled.q, task, scaled)
+        except Exception as error:
+            error.add_note(f"raised by backend {backend.name!r} on {problem!r}")
+            raise
         if problem.shut:
             return replace(answer, gap=nearest, stop=Stop.DONE, termination=_SHUT), nearest, None
         return answer, *questions.known(answer.gap)
@@ -396,7 +400,7 @@ class Solution:
 
     @property
     def relative_residual(self) -> float:
-        """Natural residual over the gap scale: small near the solution, but no bound of the error; inf if not finite."""
+        """Natural residual over the gap scale: no bound of the error; infinite without a finite answer."""
         return self.verdict.relative_residual
 
     def report(self, on_failure: OnFailure, stacklevel: int = 3) -> None:
