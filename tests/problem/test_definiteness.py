@@ -69,7 +69,8 @@ def test_a_singular_matrix_of_many_unknowns_is_refused(no_fill, monkeypatch, ent
 
 def test_a_large_matrix_with_positive_entries_is_proven_in_a_band(no_fill):
     matrix = line_of_lines(np.zeros(SIDE**2)).tolil()
-    matrix[0, SIDE + 1] = matrix[SIDE + 1, 0] = 1.5
+    middle = SIDE * (SIDE + 1) // 2
+    matrix[middle, middle + SIDE + 1] = matrix[middle + SIDE + 1, middle] = 1.9
     problem = cq.ContactQP(matrix.tocsr(), np.ones(SIDE**2))
     assert problem.comparison_barrier is None
     least, _ = problem.least_eigenvalue

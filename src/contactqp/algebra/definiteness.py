@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..foundation.checks import Vector
+from ..foundation.checks import Mask, Vector
 from .band import Band
 
 if TYPE_CHECKING:
@@ -20,6 +20,24 @@ _LANCZOS_ENDS = 1e-12
 """A next vector of this length is rounding: the vectors span all that the first one reaches."""
 
 
+NO_MORE_THAN_ROUNDING = 2.0**-47
+"""A positive off-diagonal entry up to this times the geometric mean of the two diagonal entries counts as zero.
+
+Assembled from some elements, entries that should be zero are some units of the diagonal's rounding.
+"""
+
+
+def positive_beyond_rounding(matrix: csr_array) -> Mask:
+    """Return which of the stored entries stand off the diagonal and are positive by more than rounding."""
+    entries = matrix.tocoo()
+    i, j = entries.coords
+    found = np.asarray((i != j) & (entries.data > 0))
+    if found.any():
+        root = np.sqrt(matrix.diagonal())
+        found[found] = entries.data[found] > NO_MORE_THAN_ROUNDING * root[i[found]] * root[j[found]]
+    return found
+
+
 def weakly_dominant(matrix: csr_array) -> bool:
     """Whether a Z-matrix is diagonally dominant to rounding, strictly in a row of each connected part.
 
@@ -31,10 +49,10 @@ def weakly_dominant(matrix: csr_array) -> bool:
     entries = matrix.tocoo()
     i, j = entries.coords
     off = i != j
-    if (entries.data[off] > 0).any():
+    if positive_beyond_rounding(matrix).any():
         return False
     diagonal = matrix.diagonal()
-    radius = np.bincount(i[off], weights=-entries.data[off], minlength=matrix.shape[0])
+    radius = np.bincount(i[off], weights=np.abs(entries.data[off]), minlength=matrix.shape[0])
     if not (radius <= diagonal * (1 + 1e-13)).all():
         return False
     strict = radius < diagonal * (1 - 1e-10)

@@ -45,7 +45,7 @@ class Barrier:
     v : array, shape (n,)
         The barrier.
     s : array, shape (n,)
-        Lower bound of G v, rounding errors included.
+        Lower bound of G v, rounding errors included; without the entries that count as zero, see `Stiffness.surplus`.
     kind : str
         How v was found: ``"paraboloid"``, ``"strip along x"``, ``"strip along y"`` or ``"linear solve"``.
     """
@@ -213,6 +213,10 @@ def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
         return None
     product = stiffness.matvec(v)
     magnitude = stiffness.diagonal() * (2 * v) - product
+    if stiffness.surplus is not None:
+        surplus = (stiffness.surplus @ v) * (1 + growth_bound(stiffness))
+        magnitude += 2 * surplus
+        product = product - surplus
     s = product - growth_bound(stiffness) * magnitude - UNDERFLOW
     return Barrier(v, s, kind) if s.min() > 0 else None
 
