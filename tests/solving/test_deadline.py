@@ -67,7 +67,7 @@ def test_a_backend_that_does_not_look_at_the_clock_is_left_behind():
 def test_the_best_answer_that_the_judge_was_asked_about_is_kept():
     solution = within_the_limit(lambda: cq.solve(SMALL, Deaf(), time_limit=0.2, asks=True, on_failure="ignore"))
     assert solution.status == "time_limit"
-    np.testing.assert_allclose(solution.gap, [1.01, 0.0] * SMALL.scaled()[1].length, rtol=1e-12)
+    np.testing.assert_allclose(solution.gap, np.array([1.01, 0.0]) * SMALL.scaled()[1].length, rtol=1e-12)
     assert np.isfinite(solution.relative_bound)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,6 +30,8 @@ class Conclusion:
         no false claim if the certificates of other backends prove the answer to be within tol.
     findings : tuple of str
         What went wrong on the way, though it may not show in the answers: one sentence each.
+    left_out : mapping of str to str
+        By backend, why nobody asked it.
     sentence : str
         Agreement, or who spoils it and why, and whose claims are false.
     """
@@ -39,17 +41,21 @@ class Conclusion:
     false_claims: Mapping[str, str]
     findings: tuple[str, ...]
     sentence: str
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def remarks(self) -> list[str]:
         """Findings and false claims as lines, to be read below a table."""
         return [
+            *(f"Left out: {name} {why}." for name, why in self.left_out.items()),
             *(f"Finding: {finding}." for finding in self.findings),
             *(f"False claim: {name} {sentence}." for name, sentence in self.false_claims.items()),
         ]
 
 
-def conclusion_of(answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair], tol: float) -> Conclusion:
+def conclusion_of(
+    answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair], tol: float, left_out: Mapping[str, str] | None = None
+) -> Conclusion:
     """Return what follows from the rows and pairs of some answers.
 
     Parameters
@@ -61,6 +67,8 @@ def conclusion_of(answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair], 
         Every two of the finite answers.
     tol : float
         What was asked for, relative to the gap scale.
+    left_out : mapping of str to str, optional
+        By backend, why nobody asked it.
     """
     agree = bool(rows) and all(row.ok for row in rows) and all(pair.consistent for pair in pairs)
     culprits = _culprits(answers.problem, rows, pairs, tol)
@@ -75,6 +83,7 @@ def conclusion_of(answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair], 
         false_claims=false_claims,
         findings=_findings(answers, rows, pairs),
         sentence=_agreement(rows, pairs) if agree else _disagreement(culprits, false_claims),
+        left_out=left_out or {},
     )
 
 

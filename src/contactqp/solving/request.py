@@ -14,7 +14,7 @@ from ..problem.contact_qp import ContactQP, Units
 from .tolerances import Tolerance, tolerance_of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Request:
     """What a backend is asked for.
 
