@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Vector
+from ..foundation.progress import compiling
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
 
 if TYPE_CHECKING:
@@ -21,7 +22,10 @@ MOST_ENTRIES = 30_000_000
 """Entries of a band that are held in memory: 240 MB."""
 
 MOST_WORK = 2e10
-"""Multiplications of a factorisation: one to three seconds on one core."""
+"""Size times the square of the width: some seconds on one core."""
+
+_LITTLE_WORK = 1e8
+"""Multiplications that take LAPACK less time than loading compiled code takes."""
 
 _NEARLY_DENSE = 0.3
 """Part of all entries from which no order makes the band much narrower, and a dense factorisation is the faster one."""
@@ -93,6 +97,8 @@ class Band:
         row, column = self._place[self._rows], self._place[self._columns]
         below = row >= column
         row, column = row[below], column[below]
+        if float(self.size) * self.width**2 > _LITTLE_WORK:
+            return self._wide_factors(row, column, self._values[below], shift)
         band = np.zeros((self.width + 1, self.size), order="F")
         band[row - column, column] = self._values[below]
         band[0] -= shift
@@ -101,15 +107,25 @@ class Band:
             return None
         return Factors(factor, self._place)
 
-    def _dense_factors(self, shift: float) -> Factors | None:
-        from scipy.linalg import lapack
+    def _wide_factors(
+        self, row: NDArray[np.int64], column: NDArray[np.int64], values: Vector, shift: float
+    ) -> Factors | None:
+        """Return the factors by compiled code; LAPACK holds the interpreter, and its threads stall on a busy machine."""
+        with compiling("factors in a band"):
+            from .band_kernels import PANEL, factorise
+        band = np.zeros((self.size, self.width + PANEL))
+        band[column, row - column] = values
+        band[:, 0] -= shift
+        return None if factorise(band, self.width) else Factors(band.T, self._place)
 
-        dense = self._matrix.toarray(order="F")
+    def _dense_factors(self, shift: float) -> Factors | None:
+        dense = self._matrix.toarray()
         dense[np.diag_indices(self.size)] -= shift
-        factor, pivot = lapack.dpotrf(dense, lower=1, overwrite_a=1)
-        if pivot or not np.isfinite(factor.diagonal()).all():
+        try:
+            factor = np.linalg.cholesky(dense)
+        except np.linalg.LinAlgError:
             return None
-        return Factors(factor, None)
+        return Factors(np.asfortranarray(factor), None) if np.isfinite(factor.diagonal()).all() else None
 
     def proven_least_eigenvalue(self, shift: float) -> float:
         r"""Return a lower bound of the smallest eigenvalue that is close to ``shift``, and 0 where that is not proven.
