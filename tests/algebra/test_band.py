@@ -9,7 +9,7 @@ from contactqp.algebra.band import Band
 
 def banded(rng, size, width):
     """Return a symmetric positive definite matrix whose rows reach ``width`` to either side."""
-    lower = sum(np.diag(rng.normal(size=size - k), -k) for k in range(min(width, size - 1) + 1))
+    lower = np.tril(np.triu(rng.normal(size=(size, size)), -width))
     return lower @ lower.T + 0.1 * np.eye(size)
 
 

@@ -110,7 +110,7 @@ class Band:
     def _wide_factors(
         self, row: NDArray[np.int64], column: NDArray[np.int64], values: Vector, shift: float
     ) -> Factors | None:
-        """Return the factors by compiled code; LAPACK holds the interpreter, and its threads stall on a busy machine."""
+        """Return the factors by compiled code: LAPACK holds the interpreter, and stalls on a busy machine."""
         with compiling("factors in a band"):
             from .band_kernels import PANEL, factorise
         band = np.zeros((self.size, self.width + PANEL))
