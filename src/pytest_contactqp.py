@@ -177,11 +177,11 @@ def _choice(config: pytest.Config) -> _Choice:
 
 
 def _chosen_backends(config: pytest.Config) -> tuple[str, ...]:
-    from contactqp.backends import backend_names
+    from contactqp.backends import backend_names, installed_backends, why_missing
 
     given = _given(config, "contact_backends")
     if given is None:
-        return tuple(name for name in backend_names() if _why_missing(name) is None)
+        return tuple(installed_backends())
     text, source = given
     names = tuple(name for name in re.split(r"[\s,]+", text) if name)
     if not names:
@@ -189,20 +189,10 @@ def _chosen_backends(config: pytest.Config) -> tuple[str, ...]:
     if len(set(names)) < len(names):
         raise pytest.UsageError(f"{source} must not repeat a backend, got {text!r}")
     for name in names:
-        complaint = None if name == "auto" else _why_missing(name)
+        complaint = None if name == "auto" else why_missing(name)
         if complaint is not None:
             raise pytest.UsageError(f"{source}: {complaint}")
     return names
-
-
-def _why_missing(name: str) -> str | None:
-    from contactqp.backends import get_backend
-
-    try:
-        get_backend(name).require()
-    except (Exception, SystemExit) as error:  # what another distribution runs when it is loaded may raise anything
-        return str(error)
-    return None
 
 
 def _chosen_tol(config: pytest.Config) -> float:

@@ -15,6 +15,7 @@ from .models.base import ContactModel
 from .problem.contact_qp import ContactQP
 from .proof.certificate import Certificate
 from .proof.judge import Verdict, judge
+from .proof.status import Status
 from .solving.solution import Solution
 
 _SHOWN = 5
@@ -24,7 +25,7 @@ _SHOWN = 5
 def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, tol: float = 1e-6) -> Verdict:
     """Assert that ``gap`` solves the problem: certified within ``tol`` of the gap scale.
 
-    For a matrix that is no M-matrix it is enough that the natural residual is within it.
+    A small residual is not enough: where nothing is proven, the assertion fails.
 
     Parameters
     ----------
@@ -71,9 +72,12 @@ def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, t
     formula = "min(gap, R/G_ii)" if bounds.standard else "min(gap - lower, R/G_ii)"
     formula = formula if bounds.one_sided else f"max(gap - upper, {formula})"
     worst = int(np.argmax(np.abs(natural)))
-    kind = "natural residual" if verdict.certificate is None else "certified bound"
+    found = f"certified bound {verdict.relative_bound:.2g} > {tol:g} of the gap scale"
+    if verdict.certificate is None:
+        found = f"no bound is known for such a matrix; residual {verdict.relative_residual:.2g} of the gap scale"
+    claim = "is not proven to solve" if verdict.status is Status.UNPROVEN else "does not solve"
     raise AssertionError(
-        f"gap does not solve {problem!r}: {kind} {verdict.relative_bound:.2g} > {tol:g} of the gap scale\n"
+        f"gap {claim} {problem!r}: {found}\n"
         f"  worst {_name_node(problem, worst)}: gap {omega[worst]:.6g}, reaction {reaction[worst]:.6g}, "
         f"{formula} = {natural[worst]:.3g}\n"
         f"  min gap {residuals.min_gap:.3g}, min reaction {residuals.min_reaction:.3g}, "
@@ -118,10 +122,14 @@ def assert_backends_agree(
 def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slack: float = 0.0) -> None:
     """Assert that a reference solution lies within proven bounds, node by node.
 
+    The bounds of an answer that is not as good as was asked for are too wide to say anything of it, so that the
+    assertion fails for a `Solution` whose status is not ok, wherever ``gap`` lies.
+
     Parameters
     ----------
     certificate : Certificate or Solution
-        The bounds. A solution knows its nodes too, so that messages can give coordinates.
+        The bounds. A solution knows its status and its nodes too, so that messages can give coordinates; of a
+        certificate alone nobody knows how narrow it was to be.
     gap : array, shape (n,)
         The reference ω (length): an exact solution, or another program's.
     slack : float
@@ -130,7 +138,8 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
     Raises
     ------
     AssertionError
-        With the nodes that lie farthest outside and their bounds; also if there are no finite bounds to lie within.
+        With the nodes that lie farthest outside and their bounds; also if there are no finite bounds to lie within, or
+        the solution is not ok.
     TypeError, ValueError
         If an argument has the wrong kind, shape or range.
 
@@ -162,6 +171,8 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
     slack = finite_number(slack, "slack")
     if slack < 0:
         raise ValueError(f"slack must be >= 0, got {slack:g}")
+    if isinstance(certificate, Solution):
+        _refuse_what_is_not_ok(certificate)
     of = f" of {_whose(certificate)}" if isinstance(certificate, Solution) else ""
     if not np.isfinite(bounds.gap_bound):
         raise AssertionError(f"the bounds{of} are infinite and would enclose any gap: scale the problem's numbers")
@@ -199,13 +210,13 @@ def assert_same_contact(first: Solution, second: Solution) -> Mask:
     Returns
     -------
     array of bool, shape (n,)
-        The nodes that were compared; all where there are no certificates.
+        The nodes that were compared.
 
     Raises
     ------
     AssertionError
         With the number of nodes that differ, and the first of them with their gaps and reactions; also if there is no
-        node to compare.
+        node to compare, or one of the solutions is not ok.
     TypeError, ValueError
         If an argument is no solution, or the two are on different nodes.
 
@@ -236,6 +247,7 @@ def assert_same_contact(first: Solution, second: Solution) -> Mask:
     for solution in (first, second):
         if solution.residuals is None:
             raise AssertionError(f"{_whose(solution)} has no contact set: {_why_unproven(solution)}")
+        _refuse_what_is_not_ok(solution)
     proofs = [solution.certificate for solution in (first, second) if solution.certificate is not None]
     compared = np.ones(first.gap.size, dtype=np.bool_)
     for proof in proofs:
@@ -288,16 +300,22 @@ def _refuse_other_nodes(first: Solution, second: Solution) -> None:
         )
 
 
+def _refuse_what_is_not_ok(solution: Solution) -> None:
+    if not solution.status.ok:
+        raise AssertionError(
+            f"{_whose(solution)} is {solution.status.value}, bound {solution.relative_bound:.2g} of the gap scale, "
+            f"wanted {solution.tol:g} ({solution.termination}). {solution.status.advice}"
+        )
+
+
 def _why_unproven(solution: Solution) -> str:
     if solution.residuals is None:
         return f"no finite answer, {solution.status} ({solution.termination}). {solution.status.advice}"
-    return "no enclosure is known for such a matrix; use assert_complementary"
+    return "no enclosure is known for such a matrix"
 
 
 def _why_contact_differs(first: Solution, second: Solution) -> str:
     """Return what to try: two certificates that decide a node differently belong to two problems."""
-    if first.certificate is None or second.certificate is None:
-        return "Not both are proven, as no enclosure is known for such a matrix: solve with a smaller tol."
     other = np.count_nonzero(first.problem.q != second.problem.q)
     if other:
         difference = f"their forces q differ at {other} nodes; compare loads, supports and tensions"

@@ -87,3 +87,25 @@ def test_the_list_of_backends_names_those_that_cannot_be_imported(plugins):
     for name in plugins:
         assert f"{name} - - - - no, see below" in shown
         assert REASONS[name] in shown
+
+
+WORKING = """
+from contactqp.backends.active_set import ActiveSetBackend
+
+class Made(ActiveSetBackend):
+    name = "absent"
+"""
+
+
+def test_the_default_list_takes_plugins_that_work_and_tells_of_those_that_do_not(plugins, tmp_path):
+    (tmp_path / "absent_backend.py").write_text(WORKING)
+    comparison = cq.compare(cq.gallery.islands())
+    assert comparison.rows[-1].backend == "absent"
+    assert comparison.agree
+    broken = [name for name in plugins if name != "absent"]
+    assert list(comparison.left_out) == broken
+    for name in broken:
+        assert f"Left out: {name} cannot be called: " in repr(comparison)
+        assert REASONS[name] in comparison.left_out[name]
+    installed = backends.installed_backends()
+    assert installed == [row.backend for row in comparison.rows]

@@ -214,7 +214,7 @@ def test_an_answer_that_others_prove_right_is_no_false_claim(monkeypatch):
 
 
 def test_a_false_claim_without_any_enclosure(monkeypatch):
-    monkeypatch.setattr("contactqp.problem.eigenvalue.DENSE_SIZE", 2)
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     problem = cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, -0.9, -0.8])
     comparison = cq.compare(problem, ["osqp"], tol="default", options={"osqp": {"eps": 0.5}})
     assert comparison.truth is None
@@ -310,7 +310,7 @@ def test_answers_that_are_the_same_have_nothing_to_show(agreeing):
     assert "the contact sets are the same" in axes.get_title()
 
 
-def test_without_enclosures_agreement_rests_on_the_answers():
+def test_beyond_m_matrices_agreement_rests_on_proofs(monkeypatch):
     problem = cq.ContactQP(np.array([[1.0, 2.0], [2.0, 5.0]]), [-1.0, -1.0])
     comparison = cq.compare(problem, ["osqp", "clarabel", "psor", "mangasarian"])
     assert not comparison.agree
@@ -319,7 +319,16 @@ def test_without_enclosures_agreement_rests_on_the_answers():
     others = cq.compare(problem)
     assert [row.backend for row in others.rows] == ["osqp", "clarabel", "psor"]
     assert others.agree
-    assert "within tol by their residuals" in others.verdict()
+    assert others.verdict().startswith("All 3 backends agree: certified")
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
+    unproven = cq.compare(cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, 0.0, 0.0]))
+    assert not unproven.agree
+    assert {row.status for row in unproven.rows} == {"unproven"}
+    assert all(row.relative_bound == np.inf and row.relative_residual < 1e-6 for row in unproven.rows)
+    assert "residual/scale" in repr(unproven)
+    assert "no bound is known" in unproven.verdict()
+    assert unproven.best is min(unproven.solutions.values(), key=lambda solution: solution.relative_residual)
+    assert json.loads(unproven.to_json())["backends"][0]["relative_bound"] is None
 
 
 @pytest.mark.parametrize(

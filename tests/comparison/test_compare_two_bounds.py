@@ -131,7 +131,8 @@ def test_assertions_know_both_bounds():
 
 def test_assertions_tell_at_which_bound_a_node_is():
     right, wrong = (
-        altered(answer(PRESSED, gap), certificate=None) for gap in ([1.0, 0.5], [0.0, -10.0])
+        altered(answer(PRESSED, gap), certificate=None, status=cq.Status.CERTIFIED)
+        for gap in ([1.0, 0.5], [0.0, -10.0])
     )  # undecided nodes would be excused
     with pytest.raises(AssertionError) as caught:
         assert_same_contact(right, wrong)

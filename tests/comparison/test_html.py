@@ -147,7 +147,7 @@ def test_nobody_and_one_alone_have_reports_too(tmp_path):
 
 
 def test_a_matrix_a_cable_and_rows_without_an_answer(tmp_path, monkeypatch):
-    monkeypatch.setattr("contactqp.problem.eigenvalue.DENSE_SIZE", 2)
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     tied = cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, 0.0, 0.0])
     comparison = cq.compare(tied, ["psor", "clarabel", "mangasarian", "auto"])
     page = Page(comparison.report(tmp_path / "r.html").read_text(encoding="utf-8"))

@@ -147,7 +147,7 @@ def test_z_and_m_matrices_are_verified():
     assert not problem.is_m_matrix
     assert problem.positive_off_diagonal == (0, 1, 2.0)
     assert repr(problem) == "ContactQP(2 unknowns, 4 nonzeros, no Z-matrix)"
-    tiny_positive = np.array([[2.0, 1e-300], [1e-300, 2.0]])
+    tiny_positive = np.array([[2.0, 1e-9], [1e-9, 2.0]])
     assert not cq.ContactQP(tiny_positive, [1.0, 1.0]).is_z_matrix
 
 

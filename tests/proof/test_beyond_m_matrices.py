@@ -68,7 +68,7 @@ def test_a_positive_off_diagonal_that_the_diagonal_dominates():
 def test_the_comparison_bound_by_hand():
     """⟨G⟩ = [[4, -1], [-1, 4]], v = (1/3, 1/3), s = (1, 1): ω = (0.5, 0.5) has R = (1.5, 1.5), so τ = 1.5."""
     problem = cq.ContactQP(np.array([[4.0, 1.0], [1.0, 4.0]]), [-1.0, -1.0])
-    certificate = cq.certify(problem, [0.5, 0.5])
+    certificate = cq.certify(problem, [0.5, 0.5], effort="fast")
     np.testing.assert_allclose(certificate.lower, 0.0)
     np.testing.assert_allclose(certificate.upper, 1.0, rtol=1e-12)
     assert certificate.gap_bound == pytest.approx(0.5)
@@ -77,8 +77,9 @@ def test_the_comparison_bound_by_hand():
 def test_the_eigenvalue_bound_by_hand():
     """G = FULL, q = (-1, 0, 0): ω* = (1, 0, 0), R* = (0, 0.9, 0.9). At ω = (1.1, 0, 0) it is ρ = (0.1, 0, 0)."""
     problem = cq.ContactQP(FULL, [-1.0, 0.0, 0.0])
-    certificate = cq.certify(problem, [1.1, 0.0, 0.0])
+    certificate = cq.certify(problem, [1.1, 0.0, 0.0], effort="fast")
     assert certificate.barrier == "smallest eigenvalue"
+    assert cq.certify(problem, [1.1, 0.0, 0.0]).gap_bound == pytest.approx(0.1)
     assert 1.0 <= certificate.gap_bound / (0.1 / 0.1) < 1.2
     exact = cq.certify(problem, [1.0, 0.0, 0.0])
     assert exact.gap_bound < 1e-13
@@ -104,12 +105,18 @@ def test_what_is_not_positive_definite_has_no_eigenvalue_bound():
 
 
 def test_nothing_is_claimed_where_nothing_is_known(monkeypatch):
-    monkeypatch.setattr("contactqp.problem.eigenvalue.DENSE_SIZE", 2)
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     problem = cq.ContactQP(FULL, [-1.0, 0.0, 0.0])
     with pytest.raises(cq.UnsuitableProblemError, match="no enclosure is known"):
         cq.certify(problem, [1.0, 0.0, 0.0])
-    solution = cq.solve(problem, "clarabel")
-    assert solution.status == cq.Status.SOLVED
+    with pytest.warns(cq.ContactWarning, match=r"is not proven: no bound is known, natural residual .* wanted 1e-06"):
+        solution = cq.solve(problem, "clarabel")
+    assert solution.status == cq.Status.UNPROVEN
+    assert not solution.status.ok
+    assert solution.relative_bound == np.inf
+    assert solution.relative_residual < 1e-6
+    with pytest.raises(cq.NotCertifiedError, match="is not proven"):
+        cq.solve(problem, "clarabel", on_failure="raise")
     assert solution.certificate is None
     assert "no enclosure is known for this matrix" in repr(solution)
     with pytest.raises(AttributeError, match="total_reaction needs a certificate"):
@@ -117,13 +124,33 @@ def test_nothing_is_claimed_where_nothing_is_known(monkeypatch):
     assert judge(problem, np.array([0.0, 0.5, 0.0]), tol=1e-6).status == cq.Status.INACCURATE
 
 
-def test_a_good_residual_under_a_weak_bound_is_solved_not_certified():
-    near = FULL + 0.0999 * (1 - np.eye(3))
-    problem = cq.ContactQP(near, [-1.0, 0.0, 0.0])
-    verdict = judge(problem, np.array([1.0 + 1e-7, 0.0, 0.0]), tol=1e-6)
-    assert verdict.status == cq.Status.SOLVED
+def test_a_good_residual_under_a_weak_bound_is_unproven(monkeypatch):
+    near = np.array([[1.0, 1.0 - 1e-4], [1.0 - 1e-4, 1.0]])
+    problem = cq.ContactQP(near, [-1.0, -1.0])
+    exact = 1 / (2 - 1e-4)
+    off = np.array([exact + 1e-7, exact])
+    assert judge(problem, off, tol=1e-6).status == cq.Status.CERTIFIED
+    monkeypatch.setattr(
+        "contactqp.algebra.band.MOST_ENTRIES", 0
+    )  # so that the bound cannot be laid about a better base
+    verdict = judge(problem, off, tol=1e-6)
+    assert verdict.status == cq.Status.UNPROVEN
     assert verdict.certificate.weaker
-    assert verdict.relative_bound > 1e-6
+    assert verdict.relative_bound > 1e-6 > verdict.relative_residual
+
+
+def test_what_is_proven_wrong_is_not_called_unproven():
+    """Two nearly parallel columns: (1.62, 0.38) has a residual of 1e-8, and (1, 1) is the solution."""
+    c = 1 - 1e-7
+    problem = cq.ContactQP([[1.0, c], [c, 1.0]], [-1.0 - c, -1.0 - c])
+    verdict = judge(problem, np.array([1.62, 0.38]), tol=1e-6)
+    assert verdict.residuals.natural_residual < 1e-6
+    assert verdict.status == cq.Status.INACCURATE
+    assert 0.619 < verdict.certificate.gap_bound < 0.621
+
+
+def test_the_earlier_name_of_unproven_is_the_same_status():
+    assert cq.Status.SOLVED is cq.Status.UNPROVEN
 
 
 @pytest.mark.parametrize("size", [1e-320, 1e-200, 1e-160, 1.0, 1e160, 1e200, 1e300])

@@ -1,5 +1,7 @@
 """Extremum properties of the solution."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -90,3 +92,18 @@ def test_arguments_are_checked():
         cq.complementary_energy(problem, [np.inf])
     with pytest.raises(TypeError, match="problem must be a Membrane, a Cable, a CableNet or a ContactQP"):
         cq.energy_bracket(3, [1.0])
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-200, 1e-162, 1e-160, 1e-100, 1.0])
+def test_the_bracket_holds_the_energy_where_it_underflows(size):
+    """E(ω*) = -size²/4 for G = [[2, -1], [-1, 2]], q = size (-1, 3)."""
+    problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-size, 3 * size])
+    low, high = cq.energy_bracket(problem, [0.5 * size, 0.0])
+    exact = -(Fraction(size) ** 2) / 4
+    assert Fraction(low) <= exact * (1 - Fraction(1, 10**12))
+    assert exact * (1 + Fraction(1, 10**12)) <= Fraction(high)
+
+
+def test_the_energy_of_a_shut_gap_is_zero_exactly():
+    problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [0.0, 0.0])
+    assert cq.energy_bracket(problem, [0.0, 0.0]) == (0.0, 0.0)

@@ -6,10 +6,36 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..foundation.checks import Vector
+from ..foundation.checks import Mask, Vector
+from .band import Band
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
+
+_FEW = 4000
+"""Up to this many unknowns a factorisation is affordable, whatever its fill."""
+
+_LANCZOS_STEPS = 60
+_LANCZOS_ENDS = 1e-12
+"""A next vector of this length is rounding: the vectors span all that the first one reaches."""
+
+
+NO_MORE_THAN_ROUNDING = 2.0**-47
+"""A positive off-diagonal entry up to this times the geometric mean of the two diagonal entries counts as zero.
+
+Assembled from some elements, entries that should be zero are some units of the diagonal's rounding.
+"""
+
+
+def positive_beyond_rounding(matrix: csr_array) -> Mask:
+    """Return which of the stored entries stand off the diagonal and are positive by more than rounding."""
+    entries = matrix.tocoo()
+    i, j = entries.coords
+    found = np.asarray((i != j) & (entries.data > 0))
+    if found.any():
+        root = np.sqrt(matrix.diagonal())
+        found[found] = entries.data[found] > NO_MORE_THAN_ROUNDING * root[i[found]] * root[j[found]]
+    return found
 
 
 def weakly_dominant(matrix: csr_array) -> bool:
@@ -23,10 +49,10 @@ def weakly_dominant(matrix: csr_array) -> bool:
     entries = matrix.tocoo()
     i, j = entries.coords
     off = i != j
-    if (entries.data[off] > 0).any():
+    if positive_beyond_rounding(matrix).any():
         return False
     diagonal = matrix.diagonal()
-    radius = np.bincount(i[off], weights=-entries.data[off], minlength=matrix.shape[0])
+    radius = np.bincount(i[off], weights=np.abs(entries.data[off]), minlength=matrix.shape[0])
     if not (radius <= diagonal * (1 + 1e-13)).all():
         return False
     strict = radius < diagonal * (1 - 1e-10)
@@ -35,10 +61,13 @@ def weakly_dominant(matrix: csr_array) -> bool:
 
 
 def refuse_indefinite(matrix: csr_array) -> None:
-    """Raise a ValueError unless the symmetric ``matrix`` is numerically positive definite.
+    """Raise a ValueError if the symmetric ``matrix`` is found to be not positive definite, numerically.
 
-    The signs of the pivots of a symmetric factorisation are counted (Sylvester's law of inertia); an exchange of rows,
-    which only a zero pivot makes necessary, also tells against it.
+    Up to some thousand unknowns the signs of the pivots of a symmetric factorisation are counted (Sylvester's law of
+    inertia); an exchange of rows, which only a zero pivot makes necessary, also tells against it. Above, where nobody
+    knows how many entries such factors would have, Cholesky's factorisation is tried in a band, and where the band is
+    too wide for that, some vectors x are, whether xᵀGx is > 0: then a matrix that passes is not proven to be positive
+    definite.
     """
     entries = matrix.tocoo()
     i, j = entries.coords
@@ -52,11 +81,67 @@ def refuse_indefinite(matrix: csr_array) -> None:
             f"G must be positive definite, but |G[{row}, {column}]| = {abs(value):g} is not below the geometric mean "
             f"of G[{row}, {row}] = {root[row] ** 2:g} and G[{column}, {column}] = {root[column] ** 2:g}"
         )
-    negative = _negative_pivots(matrix, 1 / root)
-    if negative:
-        raise ValueError(
-            f"G must be positive definite, but numerically it is not: a factorisation finds {negative} pivot(s) <= 0"
-        )
+    found = _objection(matrix, 1 / root)
+    if found:
+        raise ValueError(f"G must be positive definite, but numerically it is not: {found}")
+
+
+def _objection(matrix: csr_array, balance: Vector) -> str:
+    """Return what tells against the matrix; nothing if nothing does."""
+    from scipy import sparse
+
+    if matrix.shape[0] <= _FEW:
+        negative = _negative_pivots(matrix, balance)
+        return f"a factorisation finds {negative} pivot(s) <= 0" if negative else ""
+    scaling = sparse.diags_array(balance)
+    unit = (scaling @ matrix @ scaling).tocsr()
+    band, rounding = Band(unit), 4 * np.finfo(float).eps * matrix.shape[0]
+    if band.affordable:
+        factors = band.factors()
+        definite = factors is not None and float((factors.pivots**2).min()) > rounding
+        return "" if definite else "a Cholesky factorisation finds a pivot <= 0"
+    ones = 1 / balance
+    for least in (ritz_value(matrix), float(ones @ (unit @ ones)) / float(ones @ ones)):
+        if least <= rounding:
+            return f"a vector x is found with x·Gx = {least:.2g} x·x, for a diagonal of ones"
+    return ""
+
+
+def ritz_value(matrix: csr_array) -> float:
+    """Return an estimate of the smallest eigenvalue of a symmetric matrix with its diagonal scaled to ones.
+
+    It is the least Ritz value of some steps of Lanczos' iteration, and above the eigenvalue but for rounding: where it
+    is negative, the matrix is not positive definite.
+
+    Parameters
+    ----------
+    matrix : csr_array, shape (n, n)
+        Symmetric, with a positive diagonal.
+
+    Examples
+    --------
+    >>> from scipy.sparse import csr_array
+    >>> round(ritz_value(csr_array([[4.0, 1.0], [1.0, 1.0]])), 12)
+    0.5
+    """
+    from scipy.linalg import eigvalsh_tridiagonal
+
+    root = np.sqrt(matrix.diagonal())
+    vector = np.random.default_rng(0).uniform(-1, 1, root.size)
+    vector /= np.sqrt((vector * vector).sum())
+    before, beta = np.zeros_like(vector), 0.0
+    diagonal: list[float] = []
+    beside: list[float] = []
+    for _ in range(min(_LANCZOS_STEPS, root.size)):
+        image = (matrix @ (vector / root)) / root - beta * before
+        diagonal.append(float((image * vector).sum()))
+        image -= diagonal[-1] * vector
+        beta = float(np.sqrt((image * image).sum()))
+        if not beta > _LANCZOS_ENDS:
+            break
+        beside.append(beta)
+        before, vector = vector, image / beta
+    return float(eigvalsh_tridiagonal(diagonal, beside[: len(diagonal) - 1]).min())
 
 
 def _negative_pivots(matrix: csr_array, balance: Vector) -> int:

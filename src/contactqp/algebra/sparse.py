@@ -9,7 +9,7 @@ import numpy as np
 
 from ..foundation.checks import Mask, Vector, real_array
 from .compensated import Chain, two_product
-from .definiteness import refuse_indefinite, weakly_dominant
+from .definiteness import positive_beyond_rounding
 from .stiffness import Stiffness
 
 if TYPE_CHECKING:
@@ -36,9 +36,7 @@ class SparseStiffness(Stiffness):
 
     @classmethod
     def of(cls, value: Any) -> SparseStiffness:
-        """Return a matrix that the user brings, checked to be symmetric and positive definite.
-
-        Of a matrix that is diagonally dominant the proof is left to the barrier, which every use of it needs anyway.
+        """Return a matrix that the user brings, checked to be symmetric, with a positive diagonal.
 
         Parameters
         ----------
@@ -47,11 +45,9 @@ class SparseStiffness(Stiffness):
         Raises
         ------
         TypeError, ValueError
-            See `checked_matrix`; or if it is not positive definite.
+            See `checked_matrix`.
         """
         matrix = checked_matrix(value)
-        if not weakly_dominant(matrix):
-            refuse_indefinite(matrix)
         matrix.data.setflags(write=False)
         return cls(matrix)
 
@@ -77,12 +73,29 @@ class SparseStiffness(Stiffness):
 
     @cached_property
     def positive_off_diagonal(self) -> tuple[int, int, float] | None:
-        """Row, column and value of the largest positive off-diagonal entry, or None for a Z-matrix."""
+        """Row, column and value of the largest positive off-diagonal entry, or None for a Z-matrix.
+
+        Entries that are no more than rounding count as zero, see `surplus`.
+        """
         entries = self._matrix.tocoo()
         i, j = entries.coords
-        off = np.where(i != j, entries.data, 0.0)
+        off = np.where(positive_beyond_rounding(self._matrix), entries.data, 0.0)
         worst = int(np.argmax(off))
         return (int(i[worst]), int(j[worst]), float(off[worst])) if off[worst] > 0 else None
+
+    @cached_property
+    def surplus(self) -> csr_array | None:
+        """See `Stiffness.surplus`."""
+        from scipy import sparse
+
+        if self.positive_off_diagonal is not None:
+            return None
+        entries = self._matrix.tocoo()
+        i, j = entries.coords
+        kept = np.flatnonzero((i != j) & (entries.data > 0))
+        if not kept.size:
+            return None
+        return sparse.csr_array((entries.data[kept], (i[kept], j[kept])), shape=entries.shape)
 
     def recognised_lattice(self) -> Stencil | None:
         """Return the rectangular lattice whose five-point matrix this is, up to rounding, or None."""
@@ -96,12 +109,12 @@ class SparseStiffness(Stiffness):
 
     def modulus_matvec(self, vector: Vector) -> Vector:
         """Return |G| times ``vector``, for a Z-matrix without a second matrix."""
-        if self.positive_off_diagonal is None:
+        if self.positive_off_diagonal is None and self.surplus is None:
             return np.asarray(self.diagonal() * (2 * vector) - self.matvec(vector))
         return np.asarray(self._modulus @ vector)
 
     def _moduli(self, vector: Vector, product: Vector) -> Vector:
-        if self.positive_off_diagonal is None and vector.min() >= 0:
+        if self.positive_off_diagonal is None and self.surplus is None and vector.min() >= 0:
             return np.asarray(self.diagonal() * (2 * vector) - product)
         return self.modulus_matvec(np.abs(vector))
 

@@ -58,6 +58,14 @@ class Stiffness(ABC):
         """The stiffness as a stencil whose arms are equal in each direction, if it was given as one."""
         return self.lattice if self.lattice is not None and self.lattice.uniform else None
 
+    @property
+    def surplus(self) -> csr_array | None:
+        """The positive off-diagonal entries that count as zero because they are no more than rounding; None for none.
+
+        Without them G is a Z-matrix. They are part of G all the same: proofs that need a Z-matrix bound what they do.
+        """
+        return None
+
     def recognised_lattice(self) -> LatticeStiffness | None:
         """Return the lattice behind the matrix: the one given, or one that is recognised up to rounding."""
         return self.lattice

@@ -90,6 +90,56 @@ def suitable_backends(problem: ContactQP) -> list[str]:
     return found
 
 
+def why_missing(name: str) -> str | None:
+    """Return why a backend cannot be called here, or None if it can.
+
+    Its library is not installed; or it is another distribution's, and what that runs when it is loaded may raise
+    anything.
+    """
+    try:
+        get_backend(name).require()
+    except (Exception, SystemExit) as error:
+        return str(error)
+    return None
+
+
+def installed_backends() -> list[str]:
+    """Return the names of all backends that can be called here, those of other distributions last."""
+    return [name for name in backend_names() if why_missing(name) is None]
+
+
+def usual_backends(problem: ContactQP) -> tuple[list[str], dict[str, str]]:
+    """Return the names of the installed backends that suit a problem, and why others are left out.
+
+    Those that are practical at its size are named, or all that suit it where none is. What is left out is what cannot
+    be loaded, and what is not practical.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> usual_backends(cq.gallery.bowl(127).problem)
+    (['osqp', 'clarabel', 'psor', 'multigrid', 'active-set'], {'mangasarian': 'is practical up to 10000 unknowns'})
+    """
+    named: list[str] = []
+    left_out: dict[str, str] = {}
+    for name in backend_names():
+        reason = why_missing(name)
+        if reason is not None:
+            if name not in TABLE:
+                left_out[name] = f"cannot be called: {reason}"
+            continue
+        backend = get_backend(name)
+        try:
+            backend.check_problem(problem)
+        except UnsuitableProblemError:
+            continue
+        if backend.practical_size is not None and problem.size > backend.practical_size:
+            left_out[name] = f"is practical up to {backend.practical_size} unknowns"
+        else:
+            named.append(name)
+    return (named, left_out) if named else (suitable_backends(problem), {})
+
+
 def check_suitable(backend: Backend, problem: ContactQP) -> None:
     """Raise an UnsuitableProblemError, which names backends to take instead, unless a backend suits the problem."""
     try:

@@ -30,6 +30,7 @@ class ActiveSetBackend(Backend):
     package: ClassVar[str] = "scipy"
     iteration_unit: ClassVar[str] = "step"
     needs: ClassVar[Collection[Need]] = (Need.Z_MATRIX,)
+    practical_size: ClassVar[int | None] = 2_000_000
     reachable_tol: ClassVar[float | None] = 1e-14
 
     def prepare(self, problem: ContactQP, task: Task, *, history: bool = False) -> _Prepared:

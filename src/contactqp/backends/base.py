@@ -103,8 +103,8 @@ class Task:
     warm_start : array or None
         A dimensionless gap to start from.
     bound : callable
-        ``bound(gap)`` returns the judge's bound of a dimensionless gap's error, relative to the gap scale: certified
-        for an M-matrix.
+        ``bound(gap)`` returns the judge's bound of a dimensionless gap's error, relative to the gap scale; where
+        nothing is proven of the matrix it is an estimate, by residual and condition, that says how far to go on.
     length_unit : float or array, shape (n,)
         What one dimensionless gap is in the user's unit of length, for options that are lengths.
     gap_scale : float
@@ -265,6 +265,9 @@ class Backend(ABC):
         Verified before `solve` is called.
     has_own_defaults : bool
         Whether it calls a library that has other defaults than these options, and honours ``task.own_defaults``.
+    practical_size : int or None
+        Unknowns up to which it answers within a minute or so on two cores, as ``benchmarks/speed.py`` measures it with
+        tol 1e-6, by order of magnitude; None if no such size has been met. Only default lists keep to it.
     reachable_tol : float or None
         The tightest power of ten that it certifies for the paper's hexagon at all ten loads, if that was measured.
     """
@@ -275,6 +278,7 @@ class Backend(ABC):
     iteration_unit: ClassVar[str] = "iteration"
     needs: ClassVar[Collection[Need]] = ()
     has_own_defaults: ClassVar[bool] = False
+    practical_size: ClassVar[int | None] = None
     reachable_tol: ClassVar[float | None] = None
 
     def solve(self, problem: ContactQP, task: Task, *_: Any, **options: Any) -> Answer:

@@ -33,6 +33,7 @@ class Clarabel(Backend):
     summary: ClassVar[str] = "interior point"
     package: ClassVar[str] = "clarabel"
     has_own_defaults: ClassVar[bool] = True
+    practical_size: ClassVar[int | None] = 100_000
     reachable_tol: ClassVar[float | None] = 1e-12
 
     def prepare(

@@ -34,6 +34,7 @@ class Mangasarian(Backend):
     summary: ClassVar[str] = "single linear program (HiGHS through scipy.optimize.linprog)"
     package: ClassVar[str] = "scipy"
     has_own_defaults: ClassVar[bool] = True
+    practical_size: ClassVar[int | None] = 10_000
     reachable_tol: ClassVar[float | None] = 1e-9
     needs: ClassVar[tuple[Need, ...]] = (Need.Z_MATRIX, Need.ONE_SIDED)
 

@@ -34,6 +34,7 @@ class Osqp(Backend):
     summary: ClassVar[str] = "operator splitting (ADMM)"
     package: ClassVar[str] = "osqp"
     has_own_defaults: ClassVar[bool] = True
+    practical_size: ClassVar[int | None] = 100_000
     reachable_tol: ClassVar[float | None] = 1e-13
 
     def prepare(

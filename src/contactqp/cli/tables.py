@@ -11,7 +11,7 @@ from ..comparison.compared import Compared
 from ..comparison.text import asked_for
 from ..foundation.terminal import table_console
 
-_COLOURS = {"certified": "green", "solved": "green", "missing": "yellow", "unsuitable": "yellow"}
+_COLOURS = {"certified": "green", "unproven": "yellow", "missing": "yellow", "unsuitable": "yellow"}
 
 
 def print_comparison(compared: Compared, title: str = "") -> None:

@@ -41,13 +41,20 @@ class Answers:
 
     @property
     def best(self) -> Solution | None:
-        """The answer with the smallest certified bound, or None if no backend returned a finite one."""
+        """The answer with the smallest certified bound, or None if no backend returned a finite one.
+
+        Where no bound is known, it is that with the smallest residual.
+        """
         return None if self.best_backend is None else self.finite[self.best_backend]
 
     @cached_property
     def best_backend(self) -> str | None:
         """Who returned the `best` answer."""
-        return min(self.finite, key=lambda name: self.finite[name].relative_bound, default=None)
+
+        def worth(name: str) -> tuple[float, float]:
+            return self.finite[name].relative_bound, self.finite[name].relative_residual
+
+        return min(self.finite, key=worth, default=None)
 
     @cached_property
     def certificates(self) -> list[Certificate]:

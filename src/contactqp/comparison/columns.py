@@ -26,6 +26,8 @@ class Column:
         Whether it shows words, which are aligned to the left, and not a number.
     upper_bound : bool
         Whether it is shown only where the problem has an upper bound.
+    beyond : bool
+        Whether it is shown only where the matrix is no M-matrix, so that an answer may be without a bound.
     """
 
     text: Callable[[Row], str]
@@ -34,6 +36,7 @@ class Column:
     heading: str = ""
     words: bool = False
     upper_bound: bool = False
+    beyond: bool = False
 
 
 _ERROR, _OPTIMALITY, _CONTACT, _WORK = "Error of the gap", "Optimality conditions", "Contact", "Work and time"
@@ -52,6 +55,7 @@ COLUMNS = (
     Column(lambda row: seconds(row.solve_seconds), "", _WORK, "solve (s)"),
     Column(lambda row: seconds(row.warm_seconds), "", _WORK, "warm (s)"),
     Column(lambda row: number(row.relative_bound), "bound/scale", _ERROR, "bound / scale"),
+    Column(lambda row: number(row.relative_residual), "residual/scale", _OPTIMALITY, "residual / scale", beyond=True),
     Column(lambda row: number(row.relative_true_error), "true error", _ERROR, "true error / scale"),
     Column(lambda row: number(row.gap_bound), "", _ERROR, "bound"),
     Column(lambda row: _true_error(row), "", _ERROR, "true error"),
@@ -85,7 +89,8 @@ def columns_of(group: str, problem: ContactQP) -> list[Column]:
 
 
 def _suitable(problem: ContactQP) -> list[Column]:
-    return [column for column in COLUMNS if not (column.upper_bound and problem.one_sided)]
+    shown = [column for column in COLUMNS if not (column.upper_bound and problem.one_sided)]
+    return [column for column in shown if not (column.beyond and problem.is_m_matrix)]
 
 
 def _first_run_seconds(row: Row) -> float | None:

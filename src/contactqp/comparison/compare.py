@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
-from ..backends import choose_backend, get_backend, suitable_backends
+from ..backends import choose_backend, get_backend, usual_backends
 from ..backends.base import Backend
 from ..errors import UnknownBackendError
 from ..foundation.checks import integer_at_least
@@ -44,7 +44,8 @@ def compare(
     problem : Membrane, Cable, CableNet or ContactQP
         What to solve.
     backends : sequence of str or Backend, optional
-        Names, see `backend_names`, or backends themselves; by default the package's own whose methods suit the problem.
+        Names, see `backend_names`, or backends themselves; by default the installed ones, those of other distributions
+        too, whose methods suit the problem and are practical at its size; `Comparison.left_out` names the others.
     tol : float or str
         As for `solve`, for every backend: a number, or "low", "mid", "high" or "default".
     max_iter : int, optional
@@ -77,7 +78,8 @@ def compare(
     [303, 303]
     """
     _, algebra = split(problem)
-    asked = _by_name(suitable_backends(algebra) if backends is None else backends)
+    names, left_out = usual_backends(algebra) if backends is None else (backends, {})
+    asked = _by_name(names)
     given = dict(options or {})
     stray = sorted(set(given) - set(asked))
     if stray:
@@ -99,7 +101,7 @@ def compare(
         else _outcome(name, problem, asked[name], requests[name], repeats)
         for name, had in found.items()
     ]
-    return Comparison(problem, outcomes, request.tolerance, provenance)
+    return Comparison(problem, outcomes, request.tolerance, provenance, left_out)
 
 
 def _by_name(backends: Sequence[str | Backend]) -> dict[str, str | Backend]:

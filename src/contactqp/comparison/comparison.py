@@ -44,6 +44,8 @@ class Comparison:
         One for each backend, in the order asked for.
     pairs : list of Pair
         Every pair of backends that returned a finite answer.
+    left_out : mapping of str to str
+        By backend, why the default list does without it.
     conclusion : Conclusion
         What rows and pairs say of the backends.
     provenance : Provenance
@@ -56,6 +58,7 @@ class Comparison:
         outcomes: Sequence[Outcome],
         tolerance: Tolerance,
         provenance: Provenance | None = None,
+        left_out: Mapping[str, str] | None = None,
     ) -> None:
         model, problem = split(posed)
         returned = {out.backend: out.answer for out in outcomes if isinstance(out.answer, Solution)}
@@ -65,7 +68,8 @@ class Comparison:
         self.answers = Answers(problem, model, returned)
         self.rows = [row_of(outcome, self.answers) for outcome in outcomes]
         self.pairs = pairs_of(self.answers, tolerance.tol)
-        self.conclusion = conclusion_of(self.answers, self.rows, self.pairs, tolerance.tol)
+        self.left_out = dict(left_out or {})
+        self.conclusion = conclusion_of(self.answers, self.rows, self.pairs, tolerance.tol, self.left_out)
 
     @property
     def problem(self) -> ContactQP:

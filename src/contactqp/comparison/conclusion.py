@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..problem.contact_qp import ContactQP
-from ..proof.status import Status
 from .answers import Answers
 from .pairs import Pair
 from .rows import Row
@@ -31,6 +30,8 @@ class Conclusion:
         no false claim if the certificates of other backends prove the answer to be within tol.
     findings : tuple of str
         What went wrong on the way, though it may not show in the answers: one sentence each.
+    left_out : mapping of str to str
+        By backend, why nobody asked it.
     sentence : str
         Agreement, or who spoils it and why, and whose claims are false.
     """
@@ -40,17 +41,21 @@ class Conclusion:
     false_claims: Mapping[str, str]
     findings: tuple[str, ...]
     sentence: str
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def remarks(self) -> list[str]:
         """Findings and false claims as lines, to be read below a table."""
         return [
+            *(f"Left out: {name} {why}." for name, why in self.left_out.items()),
             *(f"Finding: {finding}." for finding in self.findings),
             *(f"False claim: {name} {sentence}." for name, sentence in self.false_claims.items()),
         ]
 
 
-def conclusion_of(answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair], tol: float) -> Conclusion:
+def conclusion_of(
+    answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair], tol: float, left_out: Mapping[str, str] | None = None
+) -> Conclusion:
     """Return what follows from the rows and pairs of some answers.
 
     Parameters
@@ -62,6 +67,8 @@ def conclusion_of(answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair], 
         Every two of the finite answers.
     tol : float
         What was asked for, relative to the gap scale.
+    left_out : mapping of str to str, optional
+        By backend, why nobody asked it.
     """
     agree = bool(rows) and all(row.ok for row in rows) and all(pair.consistent for pair in pairs)
     culprits = _culprits(answers.problem, rows, pairs, tol)
@@ -76,16 +83,15 @@ def conclusion_of(answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair], 
         false_claims=false_claims,
         findings=_findings(answers, rows, pairs),
         sentence=_agreement(rows, pairs) if agree else _disagreement(culprits, false_claims),
+        left_out=left_out or {},
     )
 
 
 def _agreement(rows: Sequence[Row], pairs: Sequence[Pair]) -> str:
     largest = max((pair.gap_difference for pair in pairs), default=0.0)
     differing = max((pair.differing_nodes.size for pair in pairs), default=0)
-    proven = all(row.status == Status.CERTIFIED for row in rows)
-    proof = "certified" if proven else "within tol by their residuals"
     same = "the same contact set" if not differing else f"contact sets that differ in up to {differing} nodes"
-    return f"All {len(rows)} backends agree: {proof}, max gap difference {largest:.2g}, {same}."
+    return f"All {len(rows)} backends agree: certified, max gap difference {largest:.2g}, {same}."
 
 
 def _disagreement(culprits: Mapping[str, str], false_claims: Mapping[str, str]) -> str:
@@ -125,7 +131,8 @@ def _complaint(problem: ContactQP, row: Row, tol: float) -> str:
         f"natural residual {row.natural_residual:.2g}": row.natural_residual / scale,
     }
     worst = max(violations, key=lambda label: violations[label])
-    return f"({row.status}: bound {row.relative_bound:.2g} > tol {tol:g}, {worst})"
+    bound = f"bound {row.relative_bound:.2g} > tol {tol:g}" if np.isfinite(row.relative_bound) else "no bound is known"
+    return f"({row.status}: {bound}, {worst})"
 
 
 def _findings(answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair]) -> tuple[str, ...]:
@@ -153,7 +160,7 @@ def _refutation(row: Row, tol: float) -> str:
     if row.relative_bound is None:
         return f"{said}, and returned no finite answer"
     if row.true_error_lower is None or row.true_error_upper is None or row.relative_true_error is None:
-        return f"{said}, and its residual is {row.relative_bound:.2g} of the gap scale {asked}"
+        return f"{said}, and its residual is {row.relative_residual:.2g} of the gap scale {asked}"
     least = row.relative_true_error * (row.true_error_lower / row.true_error_upper)
     if least > tol:
         return f"{said}, and its gap is wrong by at least {least:.2g} of the gap scale {asked}"

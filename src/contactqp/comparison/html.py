@@ -206,9 +206,16 @@ def _findings(compared: Compared) -> str:
     claims = [f"{name} {sentence}" for name, sentence in conclusion.false_claims.items()]
     return (
         "<h2>Findings and false claims</h2>\n"
-        f"<h3>Findings ({len(conclusion.findings)})</h3>\n{_list(conclusion.findings)}"
+        f"{_left_out(conclusion.left_out)}<h3>Findings ({len(conclusion.findings)})</h3>\n{_list(conclusion.findings)}"
         f"<h3>Said to be solved, and is not ({len(claims)})</h3>\n{_list(claims)}"
     )
+
+
+def _left_out(reasons: Mapping[str, str]) -> str:
+    """Return who was not asked, and why; nothing if there is nobody."""
+    if not reasons:
+        return ""
+    return "".join(f"<p>{escape(f'Left out: {name} {why}.')}</p>\n" for name, why in reasons.items())
 
 
 def _list(sentences: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ from ..foundation.checks import Mask, Vector
 from ..proof.certificate import Certificate
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Truth:
     """Where the exact solution lies, by all certificates together.
 

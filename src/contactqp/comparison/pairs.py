@@ -15,7 +15,7 @@ UNPROVEN_AGREEMENT = 100.0
 """Without enclosures two answers agree if they differ by at most this times tol times the gap scale."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pair:
     """How two backends' answers differ.
 

@@ -31,7 +31,9 @@ class Row:
     min_gap, min_reaction, complementarity, natural_residual, objective : float or None
         See `Residuals`; complementarity ωᵀR is the duality gap.
     relative_bound : float or None
-        Certified bound over the gap scale.
+        Certified bound over the gap scale, infinite without a certificate.
+    relative_residual : float or None
+        Natural residual over the same scale: no bound of the error.
     contact : int or None
         Nodes in contact by the backend's own answer, whichever bound holds them.
     contact_upper : int or None
@@ -75,6 +77,7 @@ class Row:
     natural_residual: float | None = None
     objective: float | None = None
     relative_bound: float | None = None
+    relative_residual: float | None = None
     contact: int | None = None
     contact_upper: int | None = None
     certain_contact: int | None = None
@@ -95,8 +98,8 @@ class Row:
 
     @property
     def ok(self) -> bool:
-        """Whether the answer is as good as was asked for."""
-        return self.status in (Status.CERTIFIED, Status.SOLVED)
+        """Whether the answer is proven to be as good as was asked for."""
+        return self.status == Status.CERTIFIED
 
 
 def records_of(rows: Iterable[Row], problem: ContactQP) -> list[dict[str, Any]]:
@@ -136,6 +139,7 @@ def _optimality(solution: Solution) -> dict[str, Any]:
         "primal_residual": max(0.0, -residuals.min_gap),
         "dual_residual": max(0.0, -residuals.min_reaction),
         "relative_bound": solution.relative_bound,
+        "relative_residual": solution.relative_residual,
         "contact": int(np.count_nonzero(solution.contact)),
         "contact_upper": None if solution.problem.one_sided else int(np.count_nonzero(solution.contact_upper)),
     }

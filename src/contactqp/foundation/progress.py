@@ -19,6 +19,9 @@ T = TypeVar("T")
 _PATIENCE = 1.0
 """Seconds of work before anything is shown."""
 
+_LOOK_EVERY = 0.1
+"""Seconds between two looks at a call that runs in a thread."""
+
 
 class Progress:
     """Shows what is being done on a terminal's standard error, once it takes over a second.
@@ -75,8 +78,15 @@ class Progress:
         outermost._status.update(" · ".join(part for part in (*parts, f"{elapsed:.0f} s") if part))
 
 
+class OutOfTime(Exception):  # noqa: N818  (a finding, not a fault)
+    """A call took longer than it was allowed to."""
+
+
 def run_interruptibly(
-    call: Callable[[], T], progress: Progress | None = None, abandon: Callable[[], None] | None = None
+    call: Callable[[], T],
+    progress: Progress | None = None,
+    abandon: Callable[[], None] | None = None,
+    seconds: float | None = None,
 ) -> T:
     """Run a long call into a compiled library so that Ctrl-C is answered at once.
 
@@ -90,8 +100,16 @@ def run_interruptibly(
     progress : Progress, optional
         Kept up to date while waiting.
     abandon : callable, optional
-        Asks the library to stop, after an interrupt.
+        Asks the library to stop, after an interrupt or when its time is over.
+    seconds : float, optional
+        How long to wait. The call may run on in the background afterwards.
+
+    Raises
+    ------
+    OutOfTime
+        If the call is not over by then.
     """
+    end = None if seconds is None else time.perf_counter() + seconds
     future: Future[T] = Future()
 
     def work() -> None:
@@ -104,13 +122,16 @@ def run_interruptibly(
     try:
         while True:
             try:
-                return future.result(timeout=0.1)
+                left = _LOOK_EVERY if end is None else min(_LOOK_EVERY, max(0.0, end - time.perf_counter()))
+                return future.result(timeout=left)
             except TimeoutError:
                 if future.done():
                     raise
+                if end is not None and time.perf_counter() >= end:
+                    raise OutOfTime(f"not over after {seconds:g} s") from None
                 if progress is not None:
                     progress.update()
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, OutOfTime):
         if abandon is not None:
             abandon()
         raise

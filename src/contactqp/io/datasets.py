@@ -22,6 +22,7 @@ def solution_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
         "status": str(solution.status),
         "tol": solution.tol,
         "relative_bound": solution.relative_bound,
+        "relative_residual": solution.relative_residual,
         "iterations": solution.iterations,
         "seconds": solution.seconds,
     }

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from functools import cache
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 from ..algebra.stiffness import Stiffness
-from ..foundation.checks import Mask
+from ..foundation.checks import Mask, Vector
 from .factors import DIRECT_SIZE, Solve, factorised
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 _FREE_SET_TOLERANCE = 1e-3
 
@@ -51,6 +55,34 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
 
     solve = conjugate_gradients(stiffness.tocsr())
     return None if solve is None else (lambda force: solve(force, tolerance), False)
+
+
+def preconditioner(matrix: csr_array, candidate: Vector) -> Solve | None:
+    """Return a cycle of smoothed aggregation, which does little to a residual but what is needed to solve fast.
+
+    Parameters
+    ----------
+    matrix : csr_array, shape (n, n)
+        Symmetric; its column numbers are put into order.
+    candidate : array, shape (n,)
+        A positive vector that the matrix nearly annihilates, away from where it is held.
+
+    Returns
+    -------
+    callable or None
+        None where the matrix turns out not to be positive definite, or without numba.
+    """
+    if not _can_compile():
+        return None
+    from scipy.linalg import LinAlgError
+
+    from .amg.amg import Amg
+
+    matrix.sort_indices()
+    try:
+        return Amg(matrix, candidate).cycle
+    except LinAlgError:
+        return None
 
 
 def free_set_solver(stiffness: Stiffness, free: Mask) -> tuple[Solve, bool] | None:

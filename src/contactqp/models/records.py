@@ -100,8 +100,9 @@ class Answered(Posed, Held, Protocol):
         None if a bare `ContactQP` was solved.
     backend, status, termination : str
         Who answered, what the judge found, and what the backend said at its end.
-    tol, relative_bound : float
-        The tolerance asked for and the bound reached, relative to the gap scale.
+    tol, relative_bound, relative_residual : float
+        The tolerance asked for, the bound reached (infinite if none is known) and the natural residual, relative to the
+        gap scale.
     gap, deflection, reaction, contact_pressure : array, shape (n,)
     contact_lower, contact_upper, contact : array of bool, shape (n,)
         The backend's own contact sets: with the support, with the upper bound, with either.
@@ -122,6 +123,8 @@ class Answered(Posed, Held, Protocol):
     def tol(self) -> float: ...  # noqa: D102
     @property
     def relative_bound(self) -> float: ...  # noqa: D102
+    @property
+    def relative_residual(self) -> float: ...  # noqa: D102
     @property
     def gap(self) -> Vector: ...  # noqa: D102
     @property

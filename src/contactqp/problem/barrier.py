@@ -7,22 +7,34 @@ elliptic problems call v a barrier function. Every bound of a `Certificate` is a
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..algebra.band import Band
 from ..algebra.stiffness import LatticeStiffness, growth_bound
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..geometry.numbering import Layout
 from ..methods.factors import DIRECT_SIZE, factorised
-from ..methods.linear import solver
+from ..methods.linear import preconditioner, solver
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
     from ..algebra.stiffness import Stiffness
+
+
+_TOLERANCES = 1e-3, 1e-6
+"""Residuals, relative in the Euclidean norm, at which an iterated vector is looked at whether it is a barrier."""
+
+_FEW_STEPS, _MOST_STEPS = 60, 400
+"""Conjugate gradient iterations without a preconditioner and with one."""
+
+_SLOW = 0.1
+"""A residual above this after a third of the few iterations tells that a preconditioner is needed."""
 
 
 class Barrier:
@@ -33,7 +45,7 @@ class Barrier:
     v : array, shape (n,)
         The barrier.
     s : array, shape (n,)
-        Lower bound of G v, rounding errors included.
+        Lower bound of G v, rounding errors included; without the entries that count as zero, see `Stiffness.surplus`.
     kind : str
         How v was found: ``"paraboloid"``, ``"strip along x"``, ``"strip along y"`` or ``"linear solve"``.
     """
@@ -201,6 +213,10 @@ def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
         return None
     product = stiffness.matvec(v)
     magnitude = stiffness.diagonal() * (2 * v) - product
+    if stiffness.surplus is not None:
+        surplus = (stiffness.surplus @ v) * (1 + growth_bound(stiffness))
+        magnitude += 2 * surplus
+        product = product - surplus
     s = product - growth_bound(stiffness) * magnitude - UNDERFLOW
     return Barrier(v, s, kind) if s.min() > 0 else None
 
@@ -218,21 +234,61 @@ def _solved(stiffness: Stiffness) -> Barrier | None:
     balance = 1 / np.sqrt(stiffness.diagonal())
     scaling = sparse.diags_array(balance)
     matrix = (scaling @ stiffness.tocsr() @ scaling).tocsr()
-    if stiffness.size > DIRECT_SIZE:
-        barrier = _iterated(stiffness, matrix, balance)
-        if barrier is not None:
+    if stiffness.size <= DIRECT_SIZE or stiffness.without_fill:
+        solve = factorised(matrix, pivoting=True)
+    else:
+        barrier, indefinite = _iterated(stiffness, matrix, balance)
+        if barrier is not None or indefinite:
             return barrier
-    solve = factorised(matrix, pivoting=True)
+        band = Band(matrix)
+        factors = band.factors() if band.affordable else None
+        solve = None if factors is None else factors.solve
     return None if solve is None else _checked(stiffness, balance * solve(ones), "linear solve")
 
 
-def _iterated(stiffness: Stiffness, matrix: csr_array, balance: Vector) -> Barrier | None:
-    """Return the barrier from conjugate gradients, at first to a rough tolerance, or None if neither will do."""
-    from ..methods.amg.amg import conjugate_gradients
+def _iterated(stiffness: Stiffness, matrix: csr_array, balance: Vector) -> tuple[Barrier | None, bool]:
+    """Return the barrier from conjugate gradients, if that finds one, and whether the matrix is not positive definite.
 
-    solve = conjugate_gradients(matrix, 1 / balance)
-    if solve is None:
-        return None
-    candidates = (balance * solve(np.ones(balance.size), tolerance) for tolerance in (1e-3, 1e-6))
-    found = (_checked(stiffness, candidate, "linear solve") for candidate in candidates)
-    return next((barrier for barrier in found if barrier is not None), None)
+    Without a preconditioner a few iterations tell whether the matrix needs one.
+    """
+    for preconditioned, steps in ((False, _FEW_STEPS), (True, _MOST_STEPS)):
+        cycle = None
+        if preconditioned:
+            cycle = preconditioner(matrix, 1 / balance)
+            if cycle is None:
+                return None, False
+        for candidate in _approximations(matrix, cycle, steps):
+            if candidate is None:
+                return None, True
+            barrier = _checked(stiffness, balance * candidate, "linear solve")
+            if barrier is not None:
+                return barrier, False
+    return None, False
+
+
+def _approximations(matrix: csr_array, cycle: Callable[[Vector], Vector] | None, steps: int) -> Iterator[Vector | None]:
+    """Yield solutions x of Ax = 1 by conjugate gradients, to a rough and a finer tolerance; None if A is indefinite."""
+    right = np.ones(matrix.shape[0])
+    x, residual, direction = np.zeros_like(right), right.copy(), np.zeros_like(right)
+    size, before = float(np.sqrt(right.size)), 1.0
+    tolerances = list(_TOLERANCES)
+    for step in range(steps):
+        if cycle is None and step == _FEW_STEPS // 3 and float(np.sqrt((residual * residual).sum())) > _SLOW * size:
+            return
+        better = residual if cycle is None else cycle(residual)
+        product = float((residual * better).sum())
+        direction *= product / before
+        direction += better
+        before = product
+        image = matrix @ direction
+        curvature = float((direction * image).sum())
+        if not curvature > 0:
+            yield None
+            return
+        x += (product / curvature) * direction
+        residual -= (product / curvature) * image
+        if float(np.sqrt((residual * residual).sum())) <= tolerances[0] * size:
+            yield x.copy()
+            tolerances.pop(0)
+            if not tolerances:
+                return

@@ -129,8 +129,11 @@ class ContactQP:
     ) -> None:
         stiffness = G if isinstance(G, Stiffness) else SparseStiffness.of(G)
         gap_scale = _checked_scale(gap_scale)
+        facts = MatrixFacts(stiffness)
+        if stiffness is not G:
+            facts.require_definite()
         self._fill(
-            MatrixFacts(stiffness),
+            facts,
             read_only(vector(q, stiffness.size, "q")),
             Bounds.of(stiffness.size, lower, upper, supported),
             gap_scale,
@@ -308,8 +311,13 @@ class ContactQP:
 
     @property
     def least_eigenvalue(self) -> tuple[float, Vector] | None:
-        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None for large matrices."""
+        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None where none is proven."""
         return self.facts.least_eigenvalue
+
+    @property
+    def estimated_least_eigenvalue(self) -> float:
+        """An estimate > 0 of the smallest eigenvalue of G with its diagonal scaled to ones; no bound, and no proof."""
+        return self.facts.estimated_least_eigenvalue
 
     def prepare(self) -> None:
         """Find the facts about the matrix that judging needs, so that they cost no time later."""

@@ -1,9 +1,4 @@
-"""A proven lower bound of the smallest eigenvalue of a symmetric matrix.
-
-That σ minus a small number is one is proven by a Cholesky factorisation of G - σI that runs to completion in floating
-point: then the smallest eigenvalue of G - σI is at least -γ_{n+1}/(1 - γ_{n+1}) times its trace (Rump, *Verification of
-positive definiteness*, BIT 46, 2006; Higham, *Accuracy and Stability of Numerical Algorithms*, 2002, theorem 10.3).
-"""
+"""A proven lower bound of the smallest eigenvalue of a symmetric matrix, see `Band.proven_least_eigenvalue`."""
 
 from __future__ import annotations
 
@@ -11,15 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..algebra.band import Band, Factors
 from ..foundation.checks import Vector
-from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-
-DENSE_SIZE = 3000
-"""Up to this many unknowns a dense factorisation is affordable."""
 
 _TRIALS = (0.9, 0.5, 0.1, 1e-2, 1e-4)
 """Parts of an estimate of the smallest eigenvalue that are tried as a proven bound, in turn."""
@@ -29,6 +21,9 @@ _POWER_STEPS = 8
 
 def proven_least_eigenvalue(matrix: csr_array) -> tuple[float, Vector] | None:
     """Return a proven lower bound > 0 of the smallest eigenvalue of DGD, and the powers of two D; or None.
+
+    None stands for a matrix that is not proven positive definite: because it is not, to rounding, or because its
+    factorisation would take too long.
 
     Parameters
     ----------
@@ -42,51 +37,38 @@ def proven_least_eigenvalue(matrix: csr_array) -> tuple[float, Vector] | None:
     >>> 0.4 < least < 0.5, units.tolist()
     (True, [1.0, 1.0])
     """
-    size = matrix.shape[0]
-    if size > DENSE_SIZE:
-        return None
     exponents = np.round(-0.5 * np.log2(matrix.diagonal()))
     units = np.ldexp(1.0, exponents.astype(int))
-    with np.errstate(over="ignore", under="ignore"):
-        scaled = units[:, None] * matrix.toarray() * units[None, :]
-        exact = np.array_equal(scaled / units[:, None] / units[None, :], matrix.toarray())
-    if not (exact and np.isfinite(scaled).all() and np.isfinite(units).all()):
+    scaled = _scaled(matrix, units)
+    if scaled is None:
         return None
-    estimate = _estimated_least_eigenvalue(scaled)
-    for part in _TRIALS if estimate > 0 else ():
-        bound = _proven_above(scaled, part * estimate)
+    band = Band(scaled)
+    factors = band.factors() if band.affordable else None
+    if factors is None:
+        return None
+    estimate = _estimated_least_eigenvalue(factors, band.size)
+    for part in _TRIALS:
+        bound = band.proven_least_eigenvalue(part * estimate)
         if bound > 0:
             return bound, units
     return None
 
 
-def _estimated_least_eigenvalue(scaled: np.ndarray) -> float:
-    """Return a rough estimate, by inverse iteration."""
-    from scipy import linalg
+def _scaled(matrix: csr_array, units: Vector) -> csr_array | None:
+    """Return DGD for powers of two D; None where an entry is rounded by it."""
+    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+    scaled = matrix.copy()
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        # One factor after the other: their product alone may leave the range.
+        scaled.data = scaled.data * units[rows] * units[matrix.indices]
+        exact = np.array_equal(scaled.data / units[rows] / units[matrix.indices], matrix.data)
+    return scaled if exact and np.isfinite(scaled.data).all() and np.isfinite(units).all() else None
 
-    try:
-        factors = linalg.cho_factor(scaled, lower=True, check_finite=False)
-    except linalg.LinAlgError:
-        return 0.0
-    vector = np.random.default_rng(0).uniform(-1, 1, scaled.shape[0])
-    length = 1.0
+
+def _estimated_least_eigenvalue(factors: Factors, size: int) -> float:
+    """Return an estimate: the Rayleigh quotient after some steps of inverse iteration."""
+    before = vector = np.random.default_rng(0).uniform(-1, 1, size)
     for _ in range(_POWER_STEPS):
-        vector = linalg.cho_solve(factors, vector / np.linalg.norm(vector), check_finite=False)
-        length = float(np.linalg.norm(vector))
-    return 1 / length
-
-
-def _proven_above(scaled: np.ndarray, shift: float) -> float:
-    """Return a lower bound of the smallest eigenvalue close to ``shift``, and 0 where that is not proven."""
-    size = scaled.shape[0]
-    shifted = scaled.copy()
-    shifted[np.diag_indices(size)] -= shift
-    try:
-        np.linalg.cholesky(shifted)
-    except np.linalg.LinAlgError:
-        return 0.0
-    growth = gamma(size + 1)
-    trace = float(np.trace(scaled)) * (1 + gamma(size))
-    # The diagonal, below 2, was rounded when it was shifted.
-    lost = growth / (1 - growth) * trace + 4 * UNIT_ROUNDOFF + size * UNDERFLOW
-    return float(max(0.0, shift - 1.01 * lost))
+        before = vector / np.sqrt((vector * vector).sum())
+        vector = factors.solve(before)
+    return float((before * vector).sum() / (vector * vector).sum())

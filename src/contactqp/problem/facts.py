@@ -5,9 +5,12 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from ..algebra.definiteness import refuse_indefinite
+import numpy as np
+
+from ..algebra.definiteness import refuse_indefinite, ritz_value, weakly_dominant
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Vector
+from ..methods.factors import DIRECT_SIZE
 from .barrier import Barrier, find_barrier
 from .eigenvalue import proven_least_eigenvalue
 
@@ -32,6 +35,22 @@ class MatrixFacts:
         matrix = self.stiffness.tocsr()
         matrix.data.setflags(write=False)
         return matrix
+
+    def require_definite(self) -> None:
+        """Raise a ValueError if the stiffness, a matrix that a user brings, is found to be not positive definite.
+
+        Of a matrix that is diagonally dominant the proof is left to the barrier, which every use of it needs anyway.
+        For many unknowns a barrier, or what else the judge needs, is the proof: that is found once, and kept.
+        """
+        matrix = self.stiffness.tocsr()
+        if weakly_dominant(matrix):
+            return
+        if self.stiffness.size > DIRECT_SIZE:
+            if self.barrier is not None or self.comparison_barrier is not None or self.least_eigenvalue is not None:
+                return
+            if self.stiffness.positive_off_diagonal is None:
+                return  # the search for a barrier has found nothing against it
+        refuse_indefinite(matrix)
 
     @cached_property
     def barrier(self) -> Barrier | None:
@@ -58,8 +77,13 @@ class MatrixFacts:
 
     @cached_property
     def least_eigenvalue(self) -> tuple[float, Vector] | None:
-        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None for large matrices."""
+        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None where none is proven."""
         return proven_least_eigenvalue(self.G)
+
+    @cached_property
+    def estimated_least_eigenvalue(self) -> float:
+        """An estimate > 0 of the smallest eigenvalue of G with its diagonal scaled to ones; no bound, and no proof."""
+        return max(ritz_value(self.G), float(np.finfo(np.float64).tiny))
 
     @cached_property
     def dimensionless(self) -> tuple[Stiffness, float | Vector, float]:

@@ -22,18 +22,28 @@ bound for strongly monotone problems, Pang, *A posteriori error bounds for the l
 inequality problem*, Math. Oper. Res. 12, 1987, with a residual that complementarity makes smaller.) The unknowns are
 first scaled by powers of two that bring the diagonal close to one, which rounds nothing.
 
-That λ is a lower bound is proven in `contactqp.problem.eigenvalue`.
+That λ is a lower bound is proven in `contactqp.algebra.band`.
+
+*Repair.* Both bounds hold about any base (the second about any admissible one), not only about the answer; and they
+shrink with what the base leaves out of balance. So they are laid about the solution of the equations of the answer's
+own free nodes, as the unrounded sum of a vector and its correction, with the reaction in about twice the precision: for
+the right contact set that leaves 1e-30 or so out of balance, which even a smallest eigenvalue of 1e-12 makes little of.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from abc import ABC, abstractmethod
+from functools import partial
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..foundation.checks import Vector
+from ..algebra.band import Band
+from ..algebra.compensated import two_sum
+from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
-from .enclosure import Base, Enclosure, limit, multiples
+from ..methods.factors import DIRECT_SIZE
+from .enclosure import Base, Enclosure, distance, limit, multiples
 
 if TYPE_CHECKING:
     from ..problem.contact_qp import ContactQP
@@ -41,35 +51,185 @@ if TYPE_CHECKING:
 
 COMPARISON, EIGENVALUE = "comparison matrix", "smallest eigenvalue"
 
+_GROW = 1 + 8 * UNIT_ROUNDOFF
+
+_MOST_STEPS, _MOST_CHEAP_STEPS = 3, 40
+"""Newton steps, and what they may be where few unknowns make them cheap."""
+
+_MOST_CORRECTIONS = 6
+_USEFUL = 0.5
+"""What a correction should at least multiply the bound by to be followed by another one with the same factors."""
+
+
+class WeakerProof(ABC):
+    """A way to enclose the solution of a problem whose matrix is no M-matrix.
+
+    Attributes
+    ----------
+    kind : str
+    """
+
+    kind: ClassVar[str]
+
+    def __init__(self, problem: ContactQP) -> None:
+        self.problem = problem
+
+    @abstractmethod
+    def first_base(self, answer: Vector) -> Base:
+        """Return the base that costs nothing to find."""
+
+    @abstractmethod
+    def about(self, answer: Vector, base: Base) -> Enclosure:
+        """Return an enclosure about an answer, from a base."""
+
+    def _laid(self, answer: Vector, base: Base, reach: Vector) -> Enclosure:
+        """Return base ± reach as an enclosure about the answer."""
+        from_high = base.high - answer
+        shift = from_high + base.low
+        # From zero and to itself a difference is exact.
+        exact = (base.low == 0) & ((base.high == 0) | (shift == 0))
+        slack = np.where(exact, 0.0, 4 * UNIT_ROUNDOFF * (np.abs(from_high) + np.abs(base.low)))
+        fall, rise = np.nextafter(reach - shift + slack, np.inf), np.nextafter(shift + reach + slack, np.inf)
+        limit(answer, self.problem.bounds, fall, rise)
+        return Enclosure(answer, fall, rise, self.kind)
+
+
+class _ByComparison(WeakerProof):
+    """By a barrier of the comparison matrix."""
+
+    kind = COMPARISON
+
+    def __init__(self, problem: ContactQP, v: Vector, s: Vector) -> None:
+        super().__init__(problem)
+        self._v, self._s = v, s
+
+    def first_base(self, answer: Vector) -> Base:
+        return Base.of(self.problem, answer)
+
+    def about(self, answer: Vector, base: Base) -> Enclosure:
+        found = multiples(self.problem, base, self._v, self._s)
+        return self._laid(answer, base, max(found.raise_by, found.lower_by) * self._v * _GROW + UNDERFLOW)
+
+
+class _ByEigenvalue(WeakerProof):
+    """By a lower bound of the smallest eigenvalue of DGD, with powers of two D."""
+
+    kind = EIGENVALUE
+
+    def __init__(self, problem: ContactQP, least: float, units: Vector) -> None:
+        super().__init__(problem)
+        self._least, self._units = least, units
+
+    def first_base(self, answer: Vector) -> Base:
+        problem = self.problem
+        reaction, _ = problem.stiffness.enclosed_product(answer, problem.q)
+        at_lower, at_upper = problem.bounds.contact(answer, reaction / problem.stiffness.diagonal())
+        base = problem.project(np.where(at_lower, problem.lower, answer))
+        return Base.of(problem, base if problem.one_sided else np.where(at_upper, problem.upper, base))
+
+    def about(self, answer: Vector, base: Base) -> Enclosure:
+        problem, base = self.problem, self._admissible(base)
+        at_lower = (base.high == problem.lower) & (base.low == 0)
+        out_of_balance = np.where(at_lower, np.maximum(0.0, -base.reaction), np.abs(base.reaction))
+        if not problem.one_sided:
+            at_upper = (base.high == problem.upper) & (base.low == 0)
+            pressing = np.where(problem.lower == problem.upper, 0.0, np.maximum(0.0, base.reaction))
+            out_of_balance = np.where(at_upper, pressing, out_of_balance)
+        out_of_balance += base.error
+        with np.errstate(over="ignore"):
+            norm = _norm(out_of_balance * self._units) * (1 + gamma(problem.size + 8)) + UNDERFLOW
+            reach = (norm / self._least) * self._units * _GROW + UNDERFLOW
+        return self._laid(answer, base, reach)
+
+    def _admissible(self, base: Base) -> Base:
+        """Return the base with every node that is not certain to lie between its bounds moved to one."""
+        problem = self.problem
+        above, slack = distance(base, problem.lower)
+        to_lower = ~(above > slack) & problem.supported
+        to_upper = np.zeros_like(to_lower)
+        if not problem.one_sided:
+            below, room = distance(base, problem.upper)
+            to_upper = ~(below < -room) & np.isfinite(problem.upper) & ~to_lower
+        high = np.where(to_lower, problem.lower, np.where(to_upper, problem.upper, base.high))
+        low = np.where(to_lower | to_upper, 0.0, base.low)
+        if np.array_equal(high, base.high) and np.array_equal(low, np.broadcast_to(base.low, low.shape)):
+            return base
+        return Base.accurate(problem, high, low) if low.any() else Base.of(problem, high)
+
+
+def weaker_proof(problem: ContactQP) -> WeakerProof | None:
+    """Return the way to enclose the solution for a matrix that is no M-matrix, or None where none is known."""
+    comparison = problem.comparison_barrier
+    if comparison is not None:
+        return _ByComparison(problem, comparison.v, comparison.s)
+    least = problem.least_eigenvalue
+    return None if least is None else _ByEigenvalue(problem, *least)
+
 
 def weaker_enclosure(problem: ContactQP, answer: Vector) -> Enclosure | None:
     """Return an enclosure of the solution for a matrix that is no M-matrix, or None where none is known."""
-    comparison = problem.comparison_barrier
-    if comparison is not None:
-        found = multiples(problem, Base.of(problem, answer), comparison.v, comparison.s)
-        reach = max(found.raise_by, found.lower_by) * comparison.v * (1 + 8 * UNIT_ROUNDOFF) + UNDERFLOW
-        return _about(problem, answer, answer, reach, COMPARISON)
-    least = problem.least_eigenvalue
-    if least is None:
-        return None
-    value, units = least
-    diagonal = problem.stiffness.diagonal()
+    proof = weaker_proof(problem)
+    return None if proof is None else proof.about(answer, proof.first_base(answer))
+
+
+def repaired(problem: ContactQP, answer: Vector, first: Enclosure) -> Enclosure:
+    """Return an enclosure within ``first``, laid about the answer after some Newton steps.
+
+    Parameters
+    ----------
+    problem : ContactQP
+        With a matrix that is no M-matrix.
+    answer : array, shape (n,)
+        A finite gap (length).
+    first : Enclosure
+        About the answer.
+    """
+    proof = weaker_proof(problem)
+    best, diagonal = first, problem.stiffness.diagonal()
+    if proof is None:
+        return best
+    high, low = answer, np.zeros_like(answer)
     reaction, _ = problem.stiffness.enclosed_product(answer, problem.q)
-    at_lower, at_upper = problem.bounds.contact(answer, reaction / diagonal)
-    base = problem.project(np.where(at_lower, problem.lower, answer))
-    if not problem.one_sided:
-        base = np.where(at_upper, problem.upper, base)
-    reaction, error = problem.stiffness.enclosed_product(base, problem.q)
-    out_of_balance = np.abs(reaction)
-    out_of_balance = np.where(base == problem.lower, np.maximum(0.0, -reaction), out_of_balance)
-    if not problem.one_sided:
-        pressing = np.where(problem.lower == problem.upper, 0.0, np.maximum(0.0, reaction))
-        out_of_balance = np.where(base == problem.upper, pressing, out_of_balance)
-    out_of_balance += error
-    with np.errstate(over="ignore"):
-        norm = _norm(out_of_balance * units) * (1 + gamma(problem.size + 8)) + UNDERFLOW
-        reach = (norm / value) * units * (1 + 8 * UNIT_ROUNDOFF) + UNDERFLOW
-    return _about(problem, answer, base, reach, EIGENVALUE)
+    before: tuple[Mask, Mask] | None = None
+    for _ in range(_MOST_CHEAP_STEPS if problem.size <= DIRECT_SIZE else _MOST_STEPS):
+        at_lower, at_upper = problem.bounds.contact(high + low, reaction / diagonal)
+        if before is not None and np.array_equal(at_lower, before[0]) and np.array_equal(at_upper, before[1]):
+            break
+        before = at_lower, at_upper
+        held = at_lower | at_upper
+        at_bound = problem.lower if problem.one_sided else np.where(at_upper, problem.upper, problem.lower)
+        base = Base.accurate(problem, np.where(held, at_bound, high), np.where(held, 0.0, low))
+        base, best = _corrected(problem, proof, best, base, ~held)
+        if not np.isfinite(base.reaction).all():
+            break
+        high, low, reaction = base.high, base.low, base.reaction
+    return best
+
+
+def _corrected(
+    problem: ContactQP, proof: WeakerProof, best: Enclosure, base: Base, free: Mask
+) -> tuple[Base, Enclosure]:
+    """Return the base that solves the free nodes' equations with the others held, and the enclosure met with it."""
+    about = partial(proof.about, best.answer)
+    found = about(base)
+    best = best.met_with(found)
+    if not free.any():
+        return base, best
+    band = Band(problem.stiffness.restricted(free).tocsr())
+    factors = band.factors() if band.affordable else None
+    if factors is None:
+        return base, best
+    for _ in range(_MOST_CORRECTIONS):
+        step = np.zeros(problem.size)
+        step[free] = -factors.solve(base.reaction[free])
+        if not np.isfinite(step).all():
+            break
+        base, last = Base.accurate(problem, *two_sum(base.high, base.low + step)), found.bound
+        found = about(base)
+        best = best.met_with(found)
+        if not found.bound < _USEFUL * last:
+            break
+    return base, best
 
 
 def _norm(vector: Vector) -> float:
@@ -79,13 +239,3 @@ def _norm(vector: Vector) -> float:
         return largest
     exponent = int(np.frexp(largest)[1])
     return float(np.ldexp(np.linalg.norm(np.ldexp(vector, -exponent)), exponent))
-
-
-def _about(problem: ContactQP, answer: Vector, base: Vector, reach: Vector, kind: str) -> Enclosure:
-    """Return base ± reach as an enclosure about the answer; the two differ at nodes that the base has at a bound."""
-    shift = base - answer
-    # From zero and to itself a difference is exact.
-    slack = np.where((base == 0) | (shift == 0), 0.0, 4 * UNIT_ROUNDOFF * np.abs(shift))
-    fall, rise = np.nextafter(reach - shift + slack, np.inf), np.nextafter(shift + reach + slack, np.inf)
-    limit(answer, problem.bounds, fall, rise)
-    return Enclosure(answer, fall, rise, kind)

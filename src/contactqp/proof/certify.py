@@ -12,6 +12,7 @@ from ..errors import UnsuitableProblemError
 from ..foundation.checks import Vector, one_of, vector
 from ..models.base import ContactModel, split
 from ..problem.contact_qp import ContactQP
+from .beyond_m_matrices import repaired
 from .certificate import Certificate
 from .enclosure import Enclosure
 from .measure import measure
@@ -60,7 +61,7 @@ def certify(problem: ContactQP | ContactModel, gap: ArrayLike, *, effort: Effort
     Raises
     ------
     UnsuitableProblemError
-        If no bound is known: the matrix is no M-matrix and no H-matrix, and too large for a dense factorisation.
+        If no bound is known: the matrix is no M-matrix and no H-matrix, and too large for a proof by factorisation.
     TypeError, ValueError
         If ``problem`` is no problem, ``gap`` has the wrong shape or is not finite, or ``effort`` is unknown; or if the
         matrix turns out not to be positive definite, to rounding.
@@ -95,15 +96,14 @@ def certify(problem: ContactQP | ContactModel, gap: ArrayLike, *, effort: Effort
 
 @np.errstate(over="ignore", invalid="ignore")
 def sharper(certificate: Certificate, omega: Vector) -> Certificate:
-    """Return the sharp certificate of the answer whose fast one is given; a weaker one stays what it is."""
-    if certificate.weaker:
-        return certificate
+    """Return the sharp certificate of the answer whose fast one is given."""
     fall = np.nextafter(omega - certificate.lower, np.inf)
     rise = np.nextafter(certificate.upper - omega, np.inf)
     first = Enclosure(omega, fall, rise, certificate.barrier)
     if not np.isfinite(first.bound):
         return certificate
-    found = Certificate.of(certificate.problem, sharpened(certificate.problem, omega, first))
+    improved = repaired if certificate.weaker else sharpened
+    found = Certificate.of(certificate.problem, improved(certificate.problem, omega, first))
     # The fast certificate rounds differently, so it may prove a node that the sharp one does not: keep both.
     return replace(
         found,

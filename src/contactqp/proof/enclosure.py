@@ -38,16 +38,26 @@ min(x, T(x)) is one again; likewise max(z, T(z)) from below. If x is a supersolu
 supersolution again, since T(T(x)) ≤ T(x), whether nodes are relaxed together (Jacobi) or in turn (projected
 Gauss-Seidel): the bounds shrink monotonically.
 
+*Entries that count as zero.* Where G has positive off-diagonal entries that are no more than rounding, let E ≥ 0 hold
+them, so that Ĝ = G - E is a Z-matrix, and let it be an M-matrix. Since Gω* + q = Ĝω* + (q + Eω*), ω* solves the problem
+with the matrix Ĝ and the forces q + Eω* as well, and all of the above holds for that, with the reaction R̂(x) = Ĝx + q +
+Eω* = R(x) + E(ω* - x) in the place of R(x). What is unknown of it is small. If ω* is known to lie in some enclosure,
+\|E(ω* - x)\| is at most E times the distance to its farther end, which is added to the error of R(x). If nothing is
+known yet, let v > 0 and s ≤ Ĝv be a barrier, ε = max (Ev)_i/s_i, θ = max \|ω*_i - b_i\|/v_i: then \|E(ω* - b)\| ≤
+θEv ≤ θεs, so that the multiples for R̂ are at most τ⁺ + θε and τ⁻ + θε with those for R; θ is at most the larger of the
+two, hence θ ≤ max(τ⁺, τ⁻)/(1 - ε) if ε < 1, and it is enough to add ε max(τ⁺, τ⁻)/(1 - ε) to both.
+
 All this is evaluated in floating point with every rounding bounded (Higham, *Accuracy and Stability of Numerical
 Algorithms*, 2002, ch. 3), so that it holds for the stored doubles G and q.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..algebra.stiffness import growth_bound
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import DIFFERENCES, UNDERFLOW, UNIT_ROUNDOFF, gamma
 from ..problem.bounds import Bounds
@@ -149,7 +159,14 @@ class Multiples:
     held_above: Mask
 
 
-def multiples(problem: ContactQP, base: Base, v: Vector, s: Vector, proven_contact: Mask | None = None) -> Multiples:
+def multiples(
+    problem: ContactQP,
+    base: Base,
+    v: Vector,
+    s: Vector,
+    proven_contact: Mask | None = None,
+    known: Enclosure | None = None,
+) -> Multiples:
     """Return τ⁺ and τ⁻, enlarged by what rounding may have taken from them.
 
     A distance from a bound that is not zero is a difference of two roundings, (b_high - l) + b_low, and is off by at
@@ -165,18 +182,22 @@ def multiples(problem: ContactQP, base: Base, v: Vector, s: Vector, proven_conta
         v ≥ 0 and s ≤ Gv, with s_i > 0 wherever v_i > 0.
     proven_contact : array of bool, shape (n,), optional
         Nodes of v_i = 0 that are known to be in contact.
+    known : Enclosure, optional
+        One that is known already; where v_i = 0 somewhere, entries that count as zero ask for it.
     """
+    if known is not None:
+        base = replace(base, error=base.error + _surplus_error(problem, base, known))
     reaching = v > 0
     lower, upper = problem.lower, problem.upper
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        above_lower, slack = _distance(base, lower)
+        above_lower, slack = distance(base, lower)
         above_lower = np.where(reaching & problem.supported, above_lower / v, np.inf)
         slack = np.where(reaching & (lower != 0) & problem.supported, slack / v, 0.0)
         pushed, pulled = (base.error - base.reaction) / s, (base.error + base.reaction) / s
         raising, lowering = pushed, np.minimum(pulled, above_lower + slack)
         at_upper: Mask | np.bool_ = np.False_
         if not problem.one_sided:
-            below_upper, room = _distance(base, upper)
+            below_upper, room = distance(base, upper)
             bounded = reaching & np.isfinite(upper)
             below_upper = np.where(bounded, -below_upper / v, np.inf)
             room = np.where(bounded, room / v, 0.0)
@@ -186,6 +207,9 @@ def multiples(problem: ContactQP, base: Base, v: Vector, s: Vector, proven_conta
         raising = np.where(problem.supported, np.maximum(raising, slack - above_lower), raising)
         raise_by = float(raising.max(where=reaching, initial=0.0)) * _GROW + UNDERFLOW
         lower_by = float(lowering.max(where=reaching, initial=0.0)) * _GROW + UNDERFLOW
+        if known is None:
+            more = _surplus_share(problem, v, s) * max(raise_by, lower_by)
+            raise_by, lower_by = (raise_by + more) * _GROW, (lower_by + more) * _GROW
         left = base.reaction - base.error + raise_by * s
         certain = 8 * UNIT_ROUNDOFF * np.abs(base.reaction)
         held = reaching | at_upper | (left >= certain)
@@ -198,7 +222,35 @@ def multiples(problem: ContactQP, base: Base, v: Vector, s: Vector, proven_conta
     return Multiples(raise_by, lower_by, held, held_above)
 
 
-def _distance(base: Base, bound: Vector) -> tuple[Vector, Vector]:
+def _surplus_share(problem: ContactQP, v: Vector, s: Vector) -> float:
+    """Return ε/(1 - ε), rounded upwards; infinite where the entries that count as zero are too large for a proof."""
+    surplus = problem.stiffness.surplus
+    if surplus is None:
+        return 0.0
+    if not (v > 0).all():
+        return np.inf
+    part = float(((surplus @ v) / s).max()) * (1 + 2 * growth_bound(problem.stiffness)) * _GROW
+    return part / (1 - part) * _GROW if part < 0.5 else np.inf
+
+
+def _surplus_error(problem: ContactQP, base: Base, known: Enclosure) -> Vector | float:
+    r"""Return a bound of \|E(ω* - b)\|, with E the entries that count as zero, for a solution in a known enclosure."""
+    if problem.stiffness.surplus is None:
+        return 0.0
+    lower, upper = known.bounds(problem.bounds)
+    farther = np.maximum(np.abs(upper - base.high), np.abs(lower - base.high)) + np.abs(base.low)
+    return _spread(problem, farther)
+
+
+def _spread(problem: ContactQP, reach: Vector) -> Vector | float:
+    """Return E times a vector ≥ 0, rounded upwards, with E the entries that count as zero."""
+    surplus = problem.stiffness.surplus
+    if surplus is None:
+        return 0.0
+    return np.asarray((surplus @ reach) * (1 + 2 * growth_bound(problem.stiffness)) * _GROW + UNDERFLOW)
+
+
+def distance(base: Base, bound: Vector) -> tuple[Vector, Vector]:
     """Return how far the base lies above a bound, and what its rounding, twice over, amounts to."""
     from_high = base.high - bound
     return from_high + base.low, 4 * UNIT_ROUNDOFF * (np.abs(from_high) + np.abs(base.low))
@@ -263,15 +315,16 @@ def relaxed(problem: ContactQP, lower: Vector, upper: Vector, sweeps: int = 1) -
     """
     diagonal = problem.stiffness.diagonal()
     for _ in range(sweeps):
-        upper = np.fmin(upper, _relaxed(problem, diagonal, upper, 1.0))
-        lower = np.fmax(lower, _relaxed(problem, diagonal, lower, -1.0))
+        unknown = _spread(problem, upper - lower)
+        upper = np.fmin(upper, _relaxed(problem, diagonal, upper, 1.0, unknown))
+        lower = np.fmax(lower, _relaxed(problem, diagonal, lower, -1.0, unknown))
     return lower, upper
 
 
-def _relaxed(problem: ContactQP, diagonal: Vector, omega: Vector, outwards: float) -> Vector:
-    """Return T(ω), rounded upwards or downwards."""
+def _relaxed(problem: ContactQP, diagonal: Vector, omega: Vector, outwards: float, unknown: Vector | float) -> Vector:
+    """Return T(ω), rounded upwards or downwards, with a part of the reaction unknown."""
     reaction, error = problem.stiffness.enclosed_product(omega, problem.q)
-    step = (reaction - outwards * error) / diagonal
+    step = (reaction - outwards * (error + unknown)) / diagonal
     moved = omega - step
     moved += outwards * (8 * UNIT_ROUNDOFF * (np.abs(omega) + np.abs(step)) + UNDERFLOW)
     return problem.project(moved)
@@ -290,7 +343,8 @@ def certain_contact(problem: ContactQP, lower: Vector, upper: Vector) -> tuple[M
     positive, which complementarity forbids; so ω*_i = l_i, and R*_i = r_i. For a Z-matrix r_i is least with the upper
     bounds of the others. With u_i for l_i and the lower bounds of the others, a sum below zero holds node i at u_i.
     """
-    diagonal, z_matrix = problem.stiffness.diagonal(), problem.is_z_matrix
+    diagonal = problem.stiffness.diagonal()
+    z_matrix = problem.is_z_matrix and problem.stiffness.surplus is None
 
     def sums(others: Vector, bound: Vector, spread: Vector) -> tuple[Vector, Vector]:
         """Return the sums r with such values of the others, and a bound of their errors."""

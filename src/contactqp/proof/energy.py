@@ -31,6 +31,9 @@ from ..problem.contact_qp import ContactQP
 
 _PRECISE = 1e-13
 
+_UNDERFLOWS = 8
+"""Operations on each unknown that may underflow when an energy is formed."""
+
 
 def potential_energy(problem: ContactQP | ContactModel, gap: ArrayLike) -> float:
     """Return E(ω) = ½ωᵀGω + qᵀω (force times length): the potential energy less that of the shut gap.
@@ -114,7 +117,13 @@ def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket
     omega = vector(gap, algebra.size, "gap")
     admissible = algebra.project(omega)
     reaction = algebra.bounds.admissible_reaction(algebra.reaction(admissible))
-    return Bracket(-complementary_energy(algebra, reaction), potential_energy(algebra, admissible))
+    low, high = -complementary_energy(algebra, reaction), potential_energy(algebra, admissible)
+    # Of products below the smallest number nothing is left; where a state is zero, nothing is lost either.
+    lost = _UNDERFLOWS * algebra.size * float(np.finfo(np.float64).smallest_subnormal)
+    return Bracket(
+        low - lost if (reaction != algebra.q).any() else low,
+        high + lost if admissible.any() else high,
+    )
 
 
 def feasible(problem: ContactQP | ContactModel, gap: ArrayLike, slack: float = 0.0) -> Mask:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,6 +18,9 @@ from .measure import measure
 from .measures import Measures
 from .residuals import Residuals
 from .status import Status
+
+Optional: TypeAlias = Callable[[Callable[[], Certificate | None]], Certificate | None]
+"""What does work that may be left out, see `judge`."""
 
 
 @dataclass(frozen=True)
@@ -40,15 +46,17 @@ class Verdict:
 
     @property
     def relative_bound(self) -> float:
-        """The certified bound over `scale`; without a certificate the natural residual, without an answer infinite."""
+        """The certified bound over `scale`, infinite without a certificate."""
         return self.relative_bound_of(self.certificate)
 
     def relative_bound_of(self, certificate: Certificate | None) -> float:
         """Return the same for another certificate of the answer."""
-        if self.residuals is None:
-            return np.inf
-        error = self.residuals.natural_residual if certificate is None else certificate.gap_bound
-        return error / self.scale
+        return np.inf if certificate is None else certificate.gap_bound / self.scale
+
+    @property
+    def relative_residual(self) -> float:
+        """The natural residual over `scale`, infinite without an answer; no bound of the error, and no part of one."""
+        return np.inf if self.residuals is None else self.residuals.natural_residual / self.scale
 
 
 def judge(
@@ -59,8 +67,11 @@ def judge(
     *,
     model: ContactModel | None = None,
     measures: Measures | None = None,
+    optional: Optional | None = None,
 ) -> Verdict:
     """Judge an answer: by the fast certificate, and where that is not within ``tol``, by the sharp one.
+
+    Only a proven bound within ``tol`` makes the status ok.
 
     Parameters
     ----------
@@ -76,6 +87,9 @@ def judge(
         What the problem comes from, for the certificate.
     measures : Measures, optional
         Those of ``gap``, if they have been taken before.
+    optional : callable, optional
+        Does the work that finds certificates, and returns what that returns, or None if it takes too long; by default
+        it may take any time.
 
     Returns
     -------
@@ -85,16 +99,33 @@ def judge(
         return Verdict(limit or Status.FAILED, None, None)
     if measures is None:
         measures = measure(problem, gap)
-    residuals, scale, certificate = measures.residuals, measures.scale, measures.certificate()
+    do = _at_any_time if optional is None else optional
+    residuals, scale, certificate = measures.residuals, measures.scale, do(measures.certificate)
     if certificate is not None:
         certificate = replace(certificate, model=model)
         if certificate.gap_bound > tol * scale and problem.size <= SHARP_SIZE:
-            certificate = sharper(certificate, gap)
-    error = residuals.natural_residual if certificate is None else certificate.gap_bound
-    if certificate is not None and error <= tol * scale:
+            certificate = do(partial(sharper, certificate, gap)) or certificate
+    if certificate is not None and certificate.gap_bound <= tol * scale:
         status = Status.CERTIFIED
-    elif not problem.is_m_matrix and residuals.natural_residual <= tol * scale:
-        status = Status.SOLVED
+    elif residuals.natural_residual <= tol * scale and _may_be_within(certificate, gap, tol * scale):
+        status = Status.UNPROVEN
     else:
         status = limit or Status.INACCURATE
     return Verdict(status, residuals, certificate, scale)
+
+
+def _at_any_time(work: Callable[[], Certificate | None]) -> Certificate | None:
+    return work()
+
+
+def _may_be_within(certificate: Certificate | None, gap: Vector, error: float) -> bool:
+    """Whether it is the certificate's weakness, and not the answer's error, that keeps the bound above ``error``.
+
+    For an M-matrix the certificate is not weak, and an answer that is not certified is an inaccurate one.
+    """
+    if certificate is None:
+        return True
+    if not certificate.weaker:
+        return False
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool((gap >= certificate.lower - error).all() and (gap <= certificate.upper + error).all())

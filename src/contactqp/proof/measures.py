@@ -39,8 +39,13 @@ class Measures(ABC):
     def gap_bound(self) -> float:
         """Bound of max|ω - ω*| (length), as cheaply as it can be had.
 
-        For an M-matrix it is that of the fast certificate, or a little more; otherwise it is the natural residual.
+        It is that of the fast certificate, or a little more; infinite where nothing is known of such a matrix.
         """
+
+    @property
+    def estimated_error(self) -> float:
+        """What iterations go on by (length): `gap_bound`, and where nothing is proven an estimate of the error."""
+        return self.gap_bound
 
     @abstractmethod
     def certificate(self) -> Certificate | None:
@@ -62,3 +67,8 @@ class Measures(ABC):
     def relative_bound(self) -> float:
         """`gap_bound` over `scale`."""
         return self.gap_bound / self.scale
+
+    @property
+    def relative_estimate(self) -> float:
+        """`estimated_error` over `scale`."""
+        return self.estimated_error / self.scale

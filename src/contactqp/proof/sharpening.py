@@ -133,9 +133,11 @@ def _within_the_free_set(
         v[free] = solve(np.ones(np.count_nonzero(free)))
         product, error = problem.stiffness.enclosed_product(v)
         s = product - error
+        if problem.stiffness.surplus is not None:
+            s -= 2 * (problem.stiffness.surplus @ v)
         if not ((v[free] > 0) & (s[free] > 0)).all():
             return best
-        found = multiples(problem, base, v, s, proven)
+        found = multiples(problem, base, v, s, proven, known=best)
         best = best.met_with(enclosure_about(best.answer, problem.bounds, base, v, found, "free set"))
         kept = found.held & found.held_above
         if kept.all():

@@ -9,7 +9,8 @@ class Status(StrEnum):
     """What the judge found; `advice` says what to do about it."""
 
     CERTIFIED = "certified"
-    SOLVED = "solved"
+    UNPROVEN = "unproven"
+    SOLVED = "unproven"  # the earlier name of UNPROVEN
     INACCURATE = "inaccurate"
     ITERATION_LIMIT = "iteration_limit"
     TIME_LIMIT = "time_limit"
@@ -17,8 +18,8 @@ class Status(StrEnum):
 
     @property
     def ok(self) -> bool:
-        """Whether the answer is as good as was asked for."""
-        return self in (Status.CERTIFIED, Status.SOLVED)
+        """Whether the answer is proven to be as good as was asked for."""
+        return self is Status.CERTIFIED
 
     @property
     def advice(self) -> str:
@@ -28,7 +29,7 @@ class Status(StrEnum):
 
 _ADVICE = {
     Status.CERTIFIED: "The exact solution of the discrete problem is proven to lie within tol of the answer.",
-    Status.SOLVED: "The residuals are within tol; what is known of such a matrix does not prove the error to be.",
+    Status.UNPROVEN: "Its residual is within tol, but no proven bound of its error: loosen tol, or check it otherwise.",
     Status.INACCURATE: "Use it with the bound that it achieved, loosen tol, or take another backend.",
     Status.ITERATION_LIMIT: "Raise max_iter, pass this answer as warm_start, or take another backend.",
     Status.TIME_LIMIT: "Raise time_limit, pass this answer as warm_start, or take another backend.",

@@ -61,22 +61,29 @@ class VectorMeasures(Measures):
     @property
     def gap_bound(self) -> float:
         """See `Measures`."""
-        return self._enclosure.bound if self.problem.is_m_matrix else self.residuals.natural_residual
+        return np.inf if self._enclosure is None else self._enclosure.bound
+
+    @property
+    def estimated_error(self) -> float:
+        """See `Measures`; the estimate is the natural residual over an estimated smallest eigenvalue.
+
+        That is of the matrix with a diagonal of ones, in whose terms the natural residual is a force out of balance.
+        """
+        if self._enclosure is not None:
+            return self._enclosure.bound
+        return self.residuals.natural_residual / self.problem.estimated_least_eigenvalue
 
     def certificate(self) -> Certificate | None:
         """See `Measures`."""
-        if self.problem.is_m_matrix:
-            return Certificate.of(self.problem, self._enclosure)
-        with np.errstate(over="ignore", invalid="ignore"):
-            weaker = weaker_enclosure(self.problem, self._gap)
-            return None if weaker is None else Certificate.of(self.problem, weaker)
+        return None if self._enclosure is None else Certificate.of(self.problem, self._enclosure)
 
     @cached_property
-    def _enclosure(self) -> Enclosure:
-        """The enclosure by the barrier of an M-matrix."""
+    def _enclosure(self) -> Enclosure | None:
+        """The enclosure by the barrier of an M-matrix, or a weaker one, or None."""
         problem, barrier = self.problem, self.problem.barrier
-        assert barrier is not None
         with np.errstate(over="ignore", invalid="ignore"):
+            if barrier is None:
+                return weaker_enclosure(problem, self._gap)
             base = Base.of(problem, self._gap)
             found = multiples(problem, base, barrier.v, barrier.s)
             return enclosure_about(self._gap, problem.bounds, base, barrier.v, found, barrier.kind)

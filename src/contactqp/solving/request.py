@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,7 +14,7 @@ from ..problem.contact_qp import ContactQP, Units
 from .tolerances import Tolerance, tolerance_of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Request:
     """What a backend is asked for.
 
@@ -72,8 +73,9 @@ class Request:
         keeps: bool = False,
         resumes: bool = False,
         predicted: bool = False,
+        started: float | None = None,
     ) -> Task:
-        """Return the task that a backend is given, whose clock starts now.
+        """Return the task that a backend is given.
 
         Parameters
         ----------
@@ -83,6 +85,8 @@ class Request:
             Those of the dimensionless problem.
         bound, warm_start, progress, keeps, resumes, predicted
             See `Task`; by default no progress is shown.
+        started : float, optional
+            When the clock of the time limit started, by ``time.perf_counter()``; by default now.
         """
         return Task(
             tol=self.tolerance.tol,
@@ -98,4 +102,5 @@ class Request:
             keeps=keeps,
             resumes=resumes,
             predicted=predicted,
+            started=time.perf_counter() if started is None else started,
         )

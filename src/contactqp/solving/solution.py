@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ..backends.base import Backend, State, Stop
+from ..backends.base import Answer, Backend, State, Stop
 from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, read_only
-from ..foundation.progress import Progress
+from ..foundation.deadline import Deadline
+from ..foundation.progress import OutOfTime, Progress
 from ..foundation.text import at_most
 from ..methods.factors import DIRECT_SIZE
 from ..models.base import ContactModel, ForceBalance, split
@@ -49,7 +50,11 @@ _LIMITS = {
     Stop.FAILED: Status.FAILED,
 }
 
+_ABANDONED = "time limit; the call could not be stopped and was left behind"
+_SHUT = "no force opens a gap: the admissible gap nearest to zero is the solution"
+
 _OUTCOMES = {
+    Status.UNPROVEN: "returned an answer that is not proven",
     Status.INACCURATE: "returned an inaccurate answer",
     Status.ITERATION_LIMIT: "stopped at its iteration limit",
     Status.TIME_LIMIT: "stopped at its time limit",
@@ -78,6 +83,8 @@ class Run:
     claimed_solved : bool
         Whether the backend itself said that it had solved the problem.
     findings : tuple of str
+    abandoned : bool
+        Whether the backend was left behind, still at work, when its time was over.
     """
 
     backend: str
@@ -92,26 +99,40 @@ class Run:
     note: str = ""
     claimed_solved: bool = False
     findings: tuple[str, ...] = ()
+    abandoned: bool = False
 
 
 class _Questions:
-    """The judge's ear for a backend's questions: the last answer is remembered with its measures."""
+    """The judge's ear for a backend's questions: the last answer is remembered with its measures, and the best one.
+
+    Attributes
+    ----------
+    best : array, shape (n,), or None
+        The dimensionless gap with the least bound of those that were asked about.
+    """
 
     def __init__(self, problem: ContactQP, units: Units) -> None:
         self._problem, self._units = problem, units
         self._asked: Vector | None = None
         self._gap: Vector | None = None
         self._measures: Measures | None = None
+        self._least = np.inf
+        self.best: Vector | None = None
 
     def bound(self, dimensionless: Vector) -> float:
-        """Return the judge's bound of a dimensionless gap's error, relative to the gap scale."""
+        """Return the judge's bound of a dimensionless gap's error, or its estimate, relative to the gap scale."""
         gap = self._units.gap(dimensionless)
         if not np.isfinite(gap).all():
             return np.inf
+        if self.best is None:
+            self.best = dimensionless
         # What the last question needed is given up before another one is measured.
         self._measures = None
         self._asked, self._gap, self._measures = dimensionless, gap, measure(self._problem, gap)
-        return self._measures.relative_bound
+        found = self._measures.relative_estimate
+        if found <= self._least:
+            self._least, self.best = found, dimensionless
+        return found
 
     def known(self, dimensionless: Vector | None) -> tuple[Vector | None, Measures | None]:
         """Return the gap (length) of a backend's answer, and its measures if it was the last that was asked about."""
@@ -119,7 +140,68 @@ class _Questions:
             return None, None
         if dimensionless is self._asked:
             return self._gap, self._measures
-        return self._units.gap(np.asarray(dimensionless, dtype=np.float64)), None
+        return self.gap_of(dimensionless), None
+
+    def gap_of(self, dimensionless: Vector) -> Vector:
+        """Return the gap (length) of a dimensionless one."""
+        return self._units.gap(np.asarray(dimensionless, dtype=np.float64))
+
+
+def _asked(
+    backend: Backend,
+    problem: ContactQP,
+    request: Request,
+    deadline: Deadline,
+    warm_start: Vector | None,
+    state: Callable[[], State] | None,
+    *,
+    resumes: bool,
+    predicted: bool,
+) -> tuple[Answer, Vector | None, Measures | None]:
+    """Return a backend's answer, its gap (length), and what has been measured of it.
+
+    A problem that no force opens is answered here: its solution is the admissible gap nearest to zero. The backend is
+    called only for options, which it alone can check, and whose histories it alone can record.
+    """
+    nearest = np.broadcast_to(problem.bounds.nearest_zero, (problem.size,)).astype(np.float64)
+    if problem.shut and not request.options:
+        return Answer(nearest, Stop.DONE, _SHUT, 0, 0.0, 0.0), nearest, None
+    questions: _Questions | None = None
+
+    def ask() -> tuple[Answer, Vector | None, Measures | None]:
+        nonlocal questions
+        scaled, units = problem.scaled()
+        questions = _Questions(problem, units)
+        task = request.task(
+            problem,
+            units,
+            questions.bound,
+            warm_start=None if warm_start is None else units.dimensionless(warm_start),
+            progress=progress,
+            keeps=state is not None,
+            resumes=resumes,
+            predicted=predicted,
+            started=deadline.started,
+        )
+        try:
+            if state is None:
+                answer = backend.solve(scaled, task, **request.options)
+            else:
+                answer = state().solve(scaled.q, task, scaled)
+        except Exception as error:
+            error.add_note(f"raised by backend {backend.name!r} on {problem!r}")
+            raise
+        if problem.shut:
+            return replace(answer, gap=nearest, stop=Stop.DONE, termination=_SHUT), nearest, None
+        return answer, *questions.known(answer.gap)
+
+    with Progress(f"{backend.name} · {problem.size} unknowns") as progress:
+        try:
+            return deadline.work(ask, progress)
+        except OutOfTime:
+            best = None if questions is None else questions.best
+            answer = Answer(best, Stop.TIME_LIMIT, _ABANDONED, 0, 0.0, time.perf_counter() - deadline.started)
+            return answer, None if best is None or questions is None else questions.gap_of(best), None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -152,9 +234,10 @@ class Solution:
         *,
         warm_start: Vector | None = None,
         note: str = "",
-        state: State | None = None,
+        state: Callable[[], State] | None = None,
         resumes: bool = False,
         predicted: bool = False,
+        deadline: Deadline | None = None,
     ) -> Solution:
         """Scale the problem, call a backend that suits it, and judge its answer.
 
@@ -167,32 +250,23 @@ class Solution:
             A gap to start from (length).
         note : str
             Why the backend was chosen.
-        state : State, optional
-            What the backend prepared for this problem's matrix and kinds of bounds; its options are those of the state.
+        state : callable, optional
+            Returns what the backend prepared for this problem's matrix and kinds of bounds, or prepares it; its options
+            are those of the state.
         resumes, predicted : bool
             See `contactqp.backends.base.Task`.
+        deadline : Deadline, optional
+            The time limit, if its clock has started before.
         """
         model, problem = split(subject)
-        started = time.perf_counter()
-        scaled, units = problem.scaled()
-        questions = _Questions(problem, units)
-        with Progress(f"{backend.name} · {problem.size} unknowns") as progress:
-            task = request.task(
-                problem,
-                units,
-                questions.bound,
-                warm_start=None if warm_start is None else units.dimensionless(warm_start),
-                progress=progress,
-                keeps=state is not None,
-                resumes=resumes,
-                predicted=predicted,
-            )
-            if state is None:
-                answer = backend.solve(scaled, task, **request.options)
-            else:
-                answer = state.solve(scaled.q, task, scaled)
-        gap, measures = questions.known(answer.gap)
-        verdict = judge(problem, gap, task.tol, _LIMITS[answer.stop], model=model, measures=measures)
+        deadline = Deadline(request.time_limit) if deadline is None else deadline
+        answer, gap, measures = _asked(
+            backend, problem, request, deadline, warm_start, state, resumes=resumes, predicted=predicted
+        )
+        limit = _LIMITS[answer.stop]
+        verdict = judge(
+            problem, gap, request.tolerance.tol, limit, model=model, measures=measures, optional=deadline.checked
+        )
         run = Run(
             backend=backend.name,
             gap=np.full(problem.size, np.nan) if gap is None or verdict.residuals is None else gap,
@@ -201,11 +275,12 @@ class Solution:
             iteration_unit=backend.iteration_unit,
             setup_seconds=answer.setup_seconds,
             solve_seconds=answer.solve_seconds,
-            seconds=time.perf_counter() - started,
+            seconds=time.perf_counter() - deadline.started,
             history=answer.history,
             note="; ".join(part for part in (note, answer.note) if part),
             claimed_solved=answer.claimed,
             findings=answer.findings,
+            abandoned=answer.termination == _ABANDONED,
         )
         return cls(subject, request, run, verdict)
 
@@ -320,16 +395,25 @@ class Solution:
 
     @property
     def relative_bound(self) -> float:
-        """Certified bound of the gap over the gap scale; without a certificate the natural residual over it."""
+        """Certified bound of the gap's error over the gap scale; infinite without a certificate."""
         return self.verdict.relative_bound_of(self.certificate)
+
+    @property
+    def relative_residual(self) -> float:
+        """Natural residual over the gap scale: no bound of the error; infinite without a finite answer."""
+        return self.verdict.relative_residual
 
     def report(self, on_failure: OnFailure, stacklevel: int = 3) -> None:
         """Warn, or raise a NotCertifiedError, if the answer is not as good as was asked for; see `solve`."""
         if self.status.ok or on_failure == "ignore":
             return
+        bound, residual = self.verdict.relative_bound, self.relative_residual
+        achieved = f"bound {bound:.2g} of the gap scale"
+        if not np.isfinite(bound) and self.finite:
+            achieved = f"no bound is known, natural residual {residual:.2g} of the gap scale"
         message = (
-            f"{self.backend} {_OUTCOMES[self.status]}: bound {self.relative_bound:.2g} of the gap scale, "
-            f"wanted {self.tol:g} ({self.termination}). {self.status.advice}"
+            f"{self.backend} {_OUTCOMES[self.status]}: {achieved}, wanted {self.tol:g} ({self.termination}). "
+            f"{self.status.advice}"
         )
         if on_failure == "raise":
             raise NotCertifiedError(message, self)
@@ -473,15 +557,16 @@ class Solution:
             f"{self.iterations} {self.iteration_unit}{'' if self.iterations == 1 else 's'}, {self.seconds:.3g} s",
             f"  problem     {subject}",
         ]
-        relative = f"{at_most(self.relative_bound, 1)} of the gap scale; tol {self.tol:g}"
+        wanted = f"of the gap scale; tol {self.tol:g}"
         if self.certificate is not None:
+            relative = f"{at_most(self.relative_bound, 1)} {wanted}"
             proof = "weaker bound, no M-matrix" if self.certificate.weaker else "certified"
             lines.append(f"  gap error   <= {at_most(self.certificate.gap_bound)} ({proof}), {relative}")
             certain, clear = (int(np.count_nonzero(m)) for m in (self.certificate.contact, self.certificate.clear))
             undecided = int(np.count_nonzero(self.certificate.undecided))
             lines.append(f"  nodes       {certain} in contact, {clear} clear, {undecided} undecided")
         elif self.residuals is not None:
-            residual = f"{self.residuals.natural_residual:.2g} (natural), {relative}"
+            residual = f"{self.residuals.natural_residual:.2g} (natural), {self.relative_residual:.1g} {wanted}"
             lines.append(f"  residual    {residual}; no enclosure is known for this matrix")
         if self.residuals is not None and self.model is not None and self.max_slope > SLOPE_LIMIT:
             lines.append(f"  caution     largest slope {self.max_slope:.2g}: the theory assumes small slopes")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..backends.base import Backend, State
 from ..foundation.checks import Vector, one_of
+from ..foundation.deadline import Deadline
 from ..models.base import ContactModel, split
 from ..models.varied import with_lift, with_load_of, with_support, with_tension
 from ..problem.contact_qp import ContactQP
@@ -143,7 +145,11 @@ class Solver:
             See `solve`.
         """
         _, problem = split(subject)
-        state = self._state_for(problem)
+        deadline = Deadline(self._request.time_limit)
+        mark = problem.facts.scaled, problem.bounds.kinds
+        if not self._prepared_for or any(one is not other for one, other in zip(mark, self._prepared_for, strict=True)):
+            self._state, self._prepared_for = None, mark
+            self._trail.clear()
         start, predicted = self._start(warm_start, problem)
         own = isinstance(warm_start, (bool, np.bool_)) and start is not None
         solution = Solution.by(
@@ -152,10 +158,14 @@ class Solver:
             self._request,
             warm_start=start,
             note=self._note,
-            state=state,
+            state=partial(self._prepared, problem, deadline),
+            deadline=deadline,
             resumes=own and np.array_equal(problem.reference, self._reference),
             predicted=predicted,
         )
+        if solution.run.abandoned:
+            # What was left behind may still be at work in it.
+            self._state, self._prepared_for = None, ()
         self._last, self._reference = (solution.gap if solution.finite else None), problem.reference
         if self._last is None:
             self._trail.clear()
@@ -163,15 +173,12 @@ class Solver:
             self._trail.add(problem, self._last)
         return solution
 
-    def _state_for(self, problem: ContactQP) -> State:
-        """Return the backend's state for a problem, prepared anew if matrix or kinds of bounds are others."""
-        mark = problem.facts.scaled, problem.bounds.kinds
-        if self._state is None or any(one is not other for one, other in zip(mark, self._prepared_for, strict=True)):
+    def _prepared(self, problem: ContactQP, deadline: Deadline) -> State:
+        """Return the backend's state for a problem, prepared at the first call."""
+        if self._state is None:
             scaled, units = problem.scaled()
-            task = self._request.task(problem, units, lambda gap: np.inf, keeps=True)
+            task = self._request.task(problem, units, lambda gap: np.inf, keeps=True, started=deadline.started)
             self._state = self.backend.prepare(scaled, task, **self._request.options)
-            self._prepared_for = mark
-            self._trail.clear()
         return self._state
 
     def _start(self, value: bool | ArrayLike | Solution, problem: ContactQP) -> tuple[Vector | None, bool]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...foundation.checks import Mask, Vector
-from ..factors import Solve, factorised
+from ..factors import DIRECT_SIZE, Solve, factorised
 from .aggregation import aggregate
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ class Amg:
             coarse.sort_indices()
             self.transfers.append((restriction, prolongation))
             self.levels.append(Level(coarse))
-        self._factors = _factorised(self.levels[-1].matrix)
+        self._factors = _coarsest(self.levels[-1])
         self._free_nodes: Mask | None = None
         if free is not None:
             self.levels[0] = Level(matrix)
@@ -202,13 +202,17 @@ def _spectral_radius(matrix: csr_array) -> float:
     return 1.1 * norm
 
 
-def _factorised(matrix: csr_array) -> Solve:
+def _coarsest(level: Level) -> Solve:
     """Return a function that solves with the coarsest matrix; a LinAlgError where it is not positive definite.
 
-    Dense factors are no faster at this size, and the threads of a LAPACK stall on a busy machine.
+    Dense factors are no faster at this size, and the threads of a LAPACK stall on a busy machine. Where unknowns do not
+    group, so that the coarsest matrix is a large one, it is divided by the diagonal: its factors may fill.
     """
     from scipy.linalg import LinAlgError
 
+    matrix = level.matrix
+    if matrix.shape[0] > DIRECT_SIZE:
+        return lambda right: right * level.inverse_diagonal
     solve = factorised(matrix, definite=True)
     if solve is None:
         raise LinAlgError(f"a coarse matrix of {matrix.shape[0]} unknowns is not positive definite")

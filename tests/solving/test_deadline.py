@@ -1,0 +1,113 @@
+"""A time limit holds, set-up and judging included, even where a call cannot be stopped."""
+
+import time
+
+import numpy as np
+import pytest
+
+import contactqp as cq
+from contactqp.backends.base import Answer, Backend, State, Stop
+from contactqp.foundation.deadline import LEAST_SLACK
+from contactqp.problem.facts import MatrixFacts
+
+SLEEP = 5.0
+"""Seconds of a call that does not look at the clock: far more than limit and slack together."""
+
+SMALL = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+FULL = cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, 0.0, 0.0])
+
+
+class Deaf(Backend):
+    """Asks the judge once or never, and then does not come back in time."""
+
+    name, summary, package = "deaf", "does not look at the clock", "numpy"
+
+    def solve(self, problem, task, *, asks=False):
+        if asks:
+            task.bound(np.array([1.2, 0.0]))
+            task.bound(np.array([1.01, 0.0]))
+            task.bound(np.array([5.0, 5.0]))
+        time.sleep(SLEEP)
+        return Answer(np.array([0.5, 0.0]), Stop.DONE, "done", 1, 0.0, 0.0)
+
+
+class SlowToPrepare(Backend):
+    """Takes too long to set up."""
+
+    name, summary, package = "slow", "takes long to set up", "numpy"
+    prepared = 0
+
+    def prepare(self, problem, task):
+        type(self).prepared += 1
+        time.sleep(SLEEP)
+        return Prepared()
+
+
+class Prepared(State):
+    def solve(self, q, task, problem=None):
+        return Answer(np.zeros(q.size), Stop.DONE, "done", 1, 0.0, 0.0)
+
+
+def within_the_limit(call, limit=0.2):
+    started = time.perf_counter()
+    found = call()
+    assert time.perf_counter() - started < limit + LEAST_SLACK
+    return found
+
+
+@pytest.mark.slow
+def test_a_backend_that_does_not_look_at_the_clock_is_left_behind():
+    solution = within_the_limit(lambda: cq.solve(SMALL, Deaf(), time_limit=0.2, on_failure="ignore"))
+    assert solution.status == "time_limit"
+    assert not solution.finite
+    assert "left behind" in solution.termination
+
+
+@pytest.mark.slow
+def test_the_best_answer_that_the_judge_was_asked_about_is_kept():
+    solution = within_the_limit(lambda: cq.solve(SMALL, Deaf(), time_limit=0.2, asks=True, on_failure="ignore"))
+    assert solution.status == "time_limit"
+    np.testing.assert_allclose(solution.gap, np.array([1.01, 0.0]) * SMALL.scaled()[1].length, rtol=1e-12)
+    assert np.isfinite(solution.relative_bound)
+
+
+@pytest.mark.slow
+def test_a_session_whose_set_up_takes_too_long_prepares_anew():
+    session = cq.Solver(SMALL, SlowToPrepare(), time_limit=0.2)
+    for count in (1, 2):
+        solution = within_the_limit(lambda: session.solve(on_failure="ignore"))
+        assert solution.status == "time_limit"
+        assert SlowToPrepare.prepared == count
+
+
+@pytest.mark.slow
+def test_proofs_that_take_too_long_are_left_out(monkeypatch):
+    def slow(self):
+        time.sleep(SLEEP)
+
+    monkeypatch.setattr(MatrixFacts, "least_eigenvalue", property(slow))
+    problem = cq.ContactQP(FULL.G, FULL.q)
+    solution = within_the_limit(
+        lambda: cq.solve(problem, "active-set" if problem.is_m_matrix else "psor", time_limit=0.2, on_failure="ignore")
+    )
+    assert not solution.status.ok
+    assert solution.relative_bound == np.inf
+
+
+def test_a_limit_that_is_not_reached_changes_nothing():
+    free, limited = cq.solve(SMALL), cq.solve(SMALL, time_limit=60.0)
+    assert (free.gap == limited.gap).all()
+    assert limited.status == "certified"
+
+
+def test_an_error_in_the_backend_is_passed_on():
+    class Broken(Backend):
+        name, summary, package = "broken", "raises", "numpy"
+
+        def solve(self, problem, task):
+            raise ZeroDivisionError("deep inside")
+
+    for limit in (None, 5.0):
+        with pytest.raises(ZeroDivisionError, match="deep inside") as caught:
+            cq.solve(SMALL, Broken(), time_limit=limit)
+        assert "backend 'broken'" in "".join(caught.value.__notes__)
