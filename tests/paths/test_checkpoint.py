@@ -14,6 +14,7 @@ import xarray as xr
 
 import contactqp as cq
 from contactqp.foundation.files import held
+from contactqp.foundation.progress import Progress
 from contactqp.paths import trace as trace_module
 
 CABLE = cq.Cable(nodes=19, spacing=1.0, tension=1.0, load=1.0, support=1.0)
@@ -39,15 +40,16 @@ def killed_after(loads):
     """Interrupt the path that is traced inside after so many loads."""
     asked = []
 
-    class Killed(trace_module.Progress):
+    class Killed(Progress):
         def update(self, detail=None):
             asked.append(detail)
             if len(asked) > loads:
                 raise KeyboardInterrupt
 
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
+    with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trace_module, "Progress", Killed)
-        yield
+        with pytest.raises(KeyboardInterrupt):
+            yield
 
 
 def test_a_finished_checkpoint_that_is_resumed_with_cold_starts_and_killed_keeps_all(finished):
@@ -112,7 +114,9 @@ def alone(call, inside, most):
 
 def test_threads_with_files_of_their_own(tmp_path, monkeypatch):
     """The library beneath NetCDF is not safe for threads: where two are in it, the interpreter may die."""
-    together, inside, most = Barrier(4), [], []
+    together = Barrier(4)
+    inside: list[None] = []
+    most: list[int] = []
     monkeypatch.setattr(xr.Dataset, "to_netcdf", alone(xr.Dataset.to_netcdf, inside, most))
     monkeypatch.setattr(xr, "open_dataset", alone(xr.open_dataset, inside, most))
 
@@ -157,6 +161,7 @@ def test_a_checkpoint_in_use_by_another_thread_is_refused(tmp_path):
 HOLDER = """
 import sys, pathlib
 from contactqp.foundation.files import held
+from contactqp.foundation.progress import Progress
 with held(pathlib.Path(sys.argv[1]), "checkpoint"):
     print("held", flush=True)
     sys.stdin.read()

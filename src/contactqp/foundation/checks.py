@@ -26,6 +26,8 @@ def finite_number(value: object, name: str) -> float:
         number = float(cast("Any", value))
     except (TypeError, ValueError):
         raise TypeError(f"{name} must be a real number, got {value!r}") from None
+    except OverflowError:
+        raise ValueError(f"{name} must be finite, got a number beyond double precision") from None
     if not math.isfinite(number):
         raise ValueError(f"{name} must be finite, got {number}")
     return number

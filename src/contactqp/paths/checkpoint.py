@@ -140,11 +140,10 @@ class Checkpoint:
         missing = {"value", *_NAMES} - set(data.variables)
         if missing:
             raise ValueError(f"{self._path} is no whole checkpoint: {', '.join(sorted(missing))} missing; remove it")
-        columns = (data[name].to_numpy() for name in _NAMES)
-        for value, gap, cold, iterations, *seconds, termination in zip(data["value"].to_numpy(), *columns, strict=True):
-            self._entries[float(value)] = _Entry(
-                gap, int(cold), int(iterations), *map(float, seconds), termination=str(termination)
-            )
+        columns = [data[name].to_numpy() for name in ("value", *_NAMES)]
+        for value, gap, cold, iterations, setup, solving, seconds, words in zip(*columns, strict=True):
+            times = float(setup), float(solving), float(seconds)
+            self._entries[float(value)] = _Entry(gap, int(cold), int(iterations), *times, str(words))
         self._iteration_unit = str(data.attrs["iteration_unit"])
 
 
