@@ -173,8 +173,16 @@ def test_one_of_several_samples_at_one_place_is_kept(csv, duplicates, depth):
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [
-        (DOUBLED, {}, r"line 4: x \(column 'km'\) must increase, but 2 follows 2; two samples at one place: .*'deepest'"),
-        (DOUBLED.replace("5;", "1;"), {"duplicates": "mean"}, r"line 6: x \(column 'km'\) must increase, but 1 follows 2"),
+        (
+            DOUBLED,
+            {},
+            r"line 4: x \(column 'km'\) must increase, but 2 follows 2; two samples .*'deepest'",
+        ),
+        (
+            DOUBLED.replace("5;", "1;"),
+            {"duplicates": "mean"},
+            r"line 6: x \(column 'km'\) must increase, but 1 follows 2",
+        ),
         (DOUBLED, {"decimal": "."}, r"line 2: depth \(column 'z'\) is '1,5', which is no number; decimal=',' reads it"),
         (DOUBLED.replace("3,0", "deep"), {}, r"line 3: depth \(column 'z'\) is 'deep', which is no number$"),
         (DOUBLED, {"duplicates": "best"}, r"duplicates must be one of 'error', .*'deepest', got 'best'"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 
-MAX_POINTS = 200_000_000
+MAX_POINTS = 150_000_000
 """Points of a lattice, entries of an array and pixels of a picture that are taken unless `MAX_POINTS_VARIABLE` is set.
 
 It is beyond what a workstation solves: 10⁸ nodes take 10 GB.
@@ -34,7 +34,7 @@ def max_points() -> int:
     Examples
     --------
     >>> max_points()
-    200000000
+    150000000
     """
     text = os.environ.get(MAX_POINTS_VARIABLE, "")
     if not text:
@@ -63,14 +63,15 @@ def refuse_too_many(count: float, what: str, bytes_each: int, remedy: str) -> No
     >>> refuse_too_many(2e10, "lattice points", BYTES_TO_SOLVE, "choose a larger spacing")
     Traceback (most recent call last):
     ...
-    ValueError: 2e+10 lattice points would need 2.1 TB of memory; at most 200,000,000 are taken: choose a larger spacing
+    ValueError: 2e+10 lattice points would need 2.1 TB of memory; at most 150,000,000 are taken: choose a larger spacing
     """
     most = max_points()
     if count <= most:
         return
     count = float(min(count, 10**300))
     raise ValueError(
-        f"{counted(count)} {what} would need {memory(count * bytes_each)} of memory; at most {most:,} are taken: {remedy}"
+        f"{counted(count)} {what} would need {memory(count * bytes_each)} of memory; "
+        f"at most {most:,} are taken: {remedy}"
     )
 
 

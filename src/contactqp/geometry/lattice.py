@@ -199,7 +199,7 @@ def spacing_of_nodes(value: object) -> float:
 
 
 def refuse_indistinct(first: float, last: float, spacing: float, axis: str) -> None:
-    """Raise a ValueError, if points from ``first`` to ``last`` are so far from 0 that the spacing is lost by rounding."""
+    """Raise a ValueError, if from ``first`` to ``last`` points are so far from 0 that rounding takes the spacing."""
     farthest = max(abs(first), abs(last))
     if not np.isfinite(farthest) or spacing <= 8 * np.spacing(farthest):
         raise ValueError(

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,9 +145,7 @@ class _Table:
         lines: list[int] = []
         for line, cells in islice(self.rows(header), rows):
             where = f"{self.path}, line {line}"
-            first, second = (
-                self._cell(cells, place, name, where) for place, name in zip(places, names, strict=True)
-            )
+            first, second = (self._cell(cells, place, name, where) for place, name in zip(places, names, strict=True))
             values.append((first, second))
             lines.append(line)
         return Samples(np.array(values, dtype=np.float64).reshape(-1, 2), lines.__getitem__, names)

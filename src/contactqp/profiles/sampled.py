@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -199,7 +200,7 @@ def _one_for_each(x: Vector, depth: Vector, kept: str) -> tuple[Vector, Vector]:
     if starts.size == x.size:
         return x, depth
     ends = np.append(starts[1:], x.size)
-    chosen = {
+    chosen: dict[str, Callable[[], Vector]] = {
         "mean": lambda: np.add.reduceat(depth, starts) / (ends - starts),
         "first": lambda: depth[starts],
         "last": lambda: depth[ends - 1],
