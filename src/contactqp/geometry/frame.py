@@ -132,8 +132,11 @@ class Frame:
         for ring in rings:
             if len(ring) < 3:
                 raise ValueError(f"a polygon needs at least 3 corners, got {len(ring)}: {ring}")
+        name = f"polygon({len(rings[0])} corners" + (f", {len(holes)} holes)" if holes else ")")
+        width, height = (max(places) - min(places) for places in zip(*rings[0], strict=True))
+        _refuse_extremes(width, height, name)
         frame = cls.from_shapely(Polygon(rings[0], rings[1:]))
-        frame._name = f"polygon({len(rings[0])} corners" + (f", {len(holes)} holes)" if holes else ")")
+        frame._name = name
         return frame
 
     @classmethod

@@ -26,9 +26,16 @@ def explained(error: ValidationError, case: type[Section]) -> str:
     case : type
         The section that the whole file was taken for.
     """
-    problems = list(dict.fromkeys(_explain(problem, case) for problem in error.errors(include_url=False)))
-    more = len(problems) - _SHOWN
-    return "; ".join(problems[:_SHOWN]) + (f"; and {more} more" if more > 0 else "")
+    shown: list[str] = []
+    problems = error.errors(include_url=False)
+    for told, problem in enumerate(problems):
+        text = _explain(problem, case)
+        if text in shown:
+            continue
+        if len(shown) == _SHOWN:
+            return f"{'; '.join(shown)}; and {len(problems) - told} more"
+        shown.append(text)
+    return "; ".join(shown)
 
 
 def _explain(problem: Any, case: type[Section]) -> str:
@@ -36,6 +43,8 @@ def _explain(problem: Any, case: type[Section]) -> str:
     key = "".join(f"[{name}]" if isinstance(name, int) else f".{name}" for name in names).lstrip(".")
     known, given, context = section.model_fields, problem["input"], problem.get("ctx", {})
     match problem["type"]:
+        case "model_attributes_type" | "model_type":
+            return f"{key}: must be a table, got {shortened(repr(given))}"
         case "missing":
             return f"{key}: field required"
         case "extra_forbidden":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from io import BytesIO
 from pathlib import Path
 from typing import IO, Any
 
@@ -18,6 +19,10 @@ _HEADERS: dict[tuple[int, int], Any] = {
     (2, 0): np.lib.format.read_array_header_2_0,
 }
 """What reads the header of a .npy file by the version of its format; later versions hold no plain numbers."""
+
+
+_LONGEST_HEADER = 70_000
+"""Bytes: more than numpy takes."""
 
 
 def read_npy(stream: IO[bytes], size: int) -> NDArray[Any]:
@@ -44,17 +49,18 @@ def read_npy(stream: IO[bytes], size: int) -> NDArray[Any]:
     >>> read_npy(file, len(file.getvalue())).shape
     (2, 3)
     """
-    read_header = _HEADERS.get(np.lib.format.read_magic(stream))
+    head = BytesIO(stream.read(_LONGEST_HEADER))  # a header may claim to be longer than memory
+    read_header = _HEADERS.get(np.lib.format.read_magic(head))
     if read_header is None:
         raise CaseFileError("expected an array of numbers; its format is one of records")
-    shape, _, dtype = read_header(stream)
+    shape, _, dtype = read_header(head)
     if dtype.kind not in "biuf":
         raise CaseFileError(f"expected an array of numbers, got {dtype} of shape {shape}")
     if not all(isinstance(length, int) and length >= 0 for length in shape):
         raise CaseFileError(f"its header claims the shape {shape}")
     count = math.prod(shape)
     refuse_too_many(count, "entries", BYTES_OF_A_NUMBER, "thin the data out")
-    claimed = stream.tell() + count * dtype.itemsize
+    claimed = head.tell() + count * dtype.itemsize
     if claimed > size:
         raise CaseFileError(
             f"it is cut off: its header claims shape {shape} of {dtype}, that is {memory(claimed)}, "
