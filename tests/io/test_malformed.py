@@ -56,7 +56,7 @@ def run(*arguments):
     raise AssertionError("the command line ends by an exit code")
 
 
-class Accepted(BaseException):  # noqa: N818
+class Accepted(BaseException):
     """Stands for solving, which is none of the subject."""
 
 
@@ -127,7 +127,7 @@ def refused(path, text, *arguments):
         (MEMBRANE, {"frame": '{shape = "polygon", corners = [[0, 0], [1e-300, 0], [0, 1e-300]]}'}, "case.toml"),
         (MEMBRANE, {"frame": '{shape = "polygon", corners = [[0, 0], [1, 1], [1, 0], [0, 1]]}'}, "not a valid polygon"),
         (MEMBRANE, {"tension": "1e308", "load": "1e308"}, "overflow"),
-        (MEMBRANE, {"support": '{profile = "cone", depth = 1, slope = 1e308, center = [1e200, 0]}'}, "double precision"),
+        (MEMBRANE, {"support": '{profile = "cone", depth = 1, slope = 1e308, center = [1e200, 0]}'}, "precision"),
         (MEMBRANE, {"support": '{profile = "paraboloid", depth = 1, radius = 1e-320}'}, "double precision"),
         (CABLE, {"span": "1e300"}, "1e+300 nodes of a cable would need"),
         (CABLE, {"span": "1e300", "spacing": "1e-100"}, "nodes of a cable would need"),
@@ -209,7 +209,7 @@ def test_the_limit_can_be_set(monkeypatch):
         (toml(MEMBRANE, support='{profile = "conne"}'), "got 'conne'; did you mean 'cone'?"),
         (toml(MEMBRANE, support='{profile = "cone", depht = 1.0, slope = 1}'), "unknown key; did you mean 'depth'?"),
         (toml(MEMBRANE, support='{file = "a.npy", offst = 1}'), "support.offst: unknown key; did you mean 'offset'?"),
-        (toml(MEMBRANE, load='{profile = "cone", depth = 1.0, slope = 1}'), "load: must be a number or a table with file"),
+        (toml(MEMBRANE, load='{profile = "cone", depth = 1.0, slope = 1}'), "load: must be a number or a table"),
         (toml(MEMBRANE, frame='{radius = 1.0}'), "frame: needs the key shape"),
         (toml(MEMBRANE, frame='{shape = "polygon", corners = [[0, 0], [1]]}'), "frame.corners"),
         (toml(MEMBRANE, frame="1"), "frame: must be a table, got 1"),
@@ -390,24 +390,88 @@ def test_decimal_commas_in_arrays(folder):
 # Generated.
 
 NUMBERS = st.sampled_from(
-    "0 -0.0 1 -1 nan inf -inf 1e-320 1e-300 1e-150 1e-20 1e20 1e150 1e300 1.7976931348623157e308 9223372036854775808".split()
+    [
+        "0",
+        "-0.0",
+        "1",
+        "-1",
+        "nan",
+        "inf",
+        "-inf",
+        "1e-320",
+        "1e-300",
+        "1e-150",
+        "1e-20",
+        "1e20",
+        "1e150",
+        "1e300",
+        "1.7976931348623157e308",
+        "9223372036854775808",
+    ]
 ) | st.integers(-(10**30), 10**30).map(str)
 OTHERS = st.sampled_from(
     ["true", '""', '"0.5"', '"cone"', "[]", "[[]]", "{}", "[1, 2]", "[1e300, 1e300]", "2020-01-01", '"\\u0000"']
 )
 LEAVES = NUMBERS | OTHERS | st.text("aé\u2028\U0001f600", max_size=5).map(lambda text: f'"{text}"')
 NAMES = st.sampled_from(
-    "file key factor offset resample profile depth slope radius slope_x center axis floor hill scale shape width height "
-    'side corners holes threshold decimal delimiter x outside duplicates interpolation a.b ""'.split()
+    [
+        "file",
+        "key",
+        "factor",
+        "offset",
+        "resample",
+        "profile",
+        "depth",
+        "slope",
+        "radius",
+        "slope_x",
+        "center",
+        "axis",
+        "floor",
+        "hill",
+        "scale",
+        "shape",
+        "width",
+        "height",
+        "side",
+        "corners",
+        "holes",
+        "threshold",
+        "decimal",
+        "delimiter",
+        "x",
+        "outside",
+        "duplicates",
+        "interpolation",
+        "a.b",
+        '""',
+    ]
 )
 WORDS = st.sampled_from(
-    '"plane" "paraboloid" "cone" "cylinder" "hemisphere" "hill-and-floor" "sampled" "rectangle" "hexagon" "disk" '
-    '"polygon" "mask" "good.npy" "good.csv" "bad.png"'.split()
+    [
+        '"plane"',
+        '"paraboloid"',
+        '"cone"',
+        '"cylinder"',
+        '"hemisphere"',
+        '"hill-and-floor"',
+        '"sampled"',
+        '"rectangle"',
+        '"hexagon"',
+        '"disk"',
+        '"polygon"',
+        '"mask"',
+        '"good.npy"',
+        '"good.csv"',
+        '"bad.png"',
+    ]
 )
 TABLES = st.dictionaries(NAMES, WORDS | LEAVES, max_size=5).map(
     lambda table: "{" + ", ".join(f"{key} = {value}" for key, value in table.items()) + "}"
 )
-KEYS = st.sampled_from("spacing tension load support frame frame_height origin title span start model".split())
+KEYS = st.sampled_from(
+    ["spacing", "tension", "load", "support", "frame", "frame_height", "origin", "title", "span", "start", "model"]
+)
 
 
 @pytest.mark.slow
