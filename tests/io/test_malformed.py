@@ -204,7 +204,7 @@ def test_the_limit_can_be_set(monkeypatch):
         ("title = '''" + "'" * 0 + "a" * 500_000, "not a TOML file"),
         (toml(MEMBRANE, title='"\ud800"'), "not a TOML file"),
         (toml(MEMBRANE, support="{}"), "support: must be a number, or a table with profile or file"),
-        (toml(MEMBRANE, support='{proflie = "cone"}'), "got a table with proflie; did you mean 'profile'?"),
+        (toml(MEMBRANE, support='{prof1le = "cone"}'), "got a table with prof1le; did you mean 'profile'?"),
         (toml(MEMBRANE, support='{profile = "conne"}'), "support.profile: must be 'plane', 'paraboloid', 'cone', "),
         (toml(MEMBRANE, support='{profile = "conne"}'), "got 'conne'; did you mean 'cone'?"),
         (toml(MEMBRANE, support='{profile = "cone", depht = 1.0, slope = 1}'), "unknown key; did you mean 'depth'?"),

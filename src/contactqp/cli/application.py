@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -39,6 +40,13 @@ Tol = Annotated[
 ]
 TimeLimit = Annotated[float | None, typer.Option(help="Seconds for each backend.", show_default=False)]
 Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .svg).", show_default=False)]
+
+
+class Quantity(StrEnum):
+    """What the numbers of an answer are."""
+
+    GAP = "gap"
+    DEFLECTION = "deflection"
 
 
 class bad_input:  # noqa: N801

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -14,6 +14,7 @@ from .application import (
     PICTURES,
     Case,
     Plot,
+    Quantity,
     TimeLimit,
     Tol,
     bad_input,
@@ -109,9 +110,9 @@ def certify(
         ),
     ],
     quantity: Annotated[
-        Literal["gap", "deflection"],
+        Quantity,
         typer.Option(help="What the numbers are: gaps to the support, or deflections, positive downwards."),
-    ] = "gap",
+    ] = Quantity.GAP,
     tol: Tol = "1e-6",
     out: Annotated[
         Path | None, typer.Option(help="Write the enclosure (.json, or .nc with all fields).", show_default=False)
@@ -129,7 +130,7 @@ def certify(
         from .records import print_enclosure, write_enclosure
 
         model = load_case(case)
-        judged = judged_answer(model, read_answer(answer, model, quantity), tolerance(tol), answer.name)
+        judged = judged_answer(model, read_answer(answer, model, quantity.value), tolerance(tol), answer.name)
         print_enclosure(judged, case, answer)
         if out is not None:
             write_enclosure(judged, case, answer, out)

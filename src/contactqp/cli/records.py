@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +9,11 @@ import numpy as np
 
 from .._version import __version__
 from ..foundation.files import replaced_as_a_whole
+from ..foundation.json_text import json_of
 from ..foundation.terminal import table_console
 from ..foundation.text import at_most
 from ..io.netcdf import write_netcdf
+from ..solving.solution import SLOPE_LIMIT
 
 if TYPE_CHECKING:
     from ..solving.solution import Solution
@@ -44,6 +44,8 @@ def print_enclosure(judged: Solution, case: Path, answer: Path) -> None:
             f"min gap {residuals.min_gap:.2g}, min reaction {residuals.min_reaction:.2g}, "
             f"gap·R {residuals.complementarity:.2g}, natural residual {residuals.natural_residual:.2g}"
         )
+    if record.get("max_slope", 0.0) > SLOPE_LIMIT:
+        lines["caution"] = f"largest slope {record['max_slope']:.2g}: the theory assumes small slopes"
     for name, text in lines.items():
         console.print(Text(f"{name:<11} {text}"))
 
@@ -53,9 +55,8 @@ def write_enclosure(judged: Solution, case: Path, answer: Path, path: Path) -> N
     if path.suffix.lower() == ".nc":
         write_netcdf(judged.to_dataset(), path)
         return
-    text = json.dumps(_plain(enclosure_of(judged, case, answer)), indent=2, ensure_ascii=False, allow_nan=False)
     with replaced_as_a_whole(path) as unfinished:
-        unfinished.write_text(text + "\n", encoding="utf-8")
+        unfinished.write_text(json_of(enclosure_of(judged, case, answer)) + "\n", encoding="utf-8")
 
 
 def enclosure_of(judged: Solution, case: Path, answer: Path) -> dict[str, Any]:
@@ -82,13 +83,5 @@ def enclosure_of(judged: Solution, case: Path, answer: Path) -> dict[str, Any]:
     if judged.residuals is not None:
         names = ("min_gap", "min_reaction", "complementarity", "natural_residual")
         record["residuals"] = {name: getattr(judged.residuals, name) for name in names}
+        record["max_slope"] = judged.max_slope
     return record
-
-
-def _plain(value: Any) -> Any:
-    """Return ``value`` with None for floats that JSON lacks."""
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_plain(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
