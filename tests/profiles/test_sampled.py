@@ -156,3 +156,65 @@ def test_a_linear_profile_is_read_without_scipy_or_pandas(csv):
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
+
+
+DOUBLED = "km;z\n0;1,5\n2;3,0\n2;1,0\n2;2,0\n5;4,0\n"
+
+
+@pytest.mark.parametrize(
+    ("duplicates", "depth"), [("mean", 2.0), ("first", 3.0), ("last", 2.0), ("shallowest", 1.0), ("deepest", 3.0)]
+)
+def test_one_of_several_samples_at_one_place_is_kept(csv, duplicates, depth):
+    bed = Sampled.from_csv(csv(DOUBLED), "km", "z", delimiter=";", decimal=",", duplicates=duplicates)
+    assert bed.x.tolist() == [0.0, 2.0, 5.0]
+    assert bed.depth.tolist() == [1.5, depth, 4.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        (
+            DOUBLED,
+            {},
+            r"line 4: x \(column 'km'\) must increase, but 2 follows 2; two samples .*'deepest'",
+        ),
+        (
+            DOUBLED.replace("5;", "1;"),
+            {"duplicates": "mean"},
+            r"line 6: x \(column 'km'\) must increase, but 1 follows 2",
+        ),
+        (DOUBLED, {"decimal": "."}, r"line 2: depth \(column 'z'\) is '1,5', which is no number; decimal=',' reads it"),
+        (DOUBLED.replace("3,0", "deep"), {}, r"line 3: depth \(column 'z'\) is 'deep', which is no number$"),
+        (DOUBLED, {"duplicates": "best"}, r"duplicates must be one of 'error', .*'deepest', got 'best'"),
+        (DOUBLED, {"delimiter": ","}, r"delimiter and decimal must differ, got ',' for both"),
+        (DOUBLED, {"decimal": "'"}, r"decimal must be '\.' or ',', got \"'\""),
+        (DOUBLED, {"delimiter": ";;"}, r"delimiter must be one character .*, got ';;'"),
+        (DOUBLED, {"delimiter": "5"}, r"delimiter must be one character that is in no number"),
+        ("km;z\n2;1\n2;3\n", {"duplicates": "mean"}, r"bed.csv: a profile needs two samples or more, got 1"),
+    ],
+)
+def test_columns_are_told_by_name_and_decimals_by_their_sign(csv, text, options, message):
+    with pytest.raises(ValueError, match=message):
+        Sampled.from_csv(csv(text), "km", "z", **({"delimiter": ";", "decimal": ","} | options))
+
+
+def test_cells_that_only_the_slow_reader_knows(csv):
+    """Quoted cells with line breaks, rows of empty cells, and underscores in numbers."""
+    text = 'name,x,depth\n"a\nb",0,1\n,,\nc,1_0,2\n\n# note\nd,20,3\n'
+    assert Sampled.from_csv(csv(text)).x.tolist() == [0.0, 10.0, 20.0]
+    with pytest.raises(ValueError, match=r"line 8: depth is 'x', which is no number"):
+        Sampled.from_csv(csv(text.replace("20,3", "20,x")))
+
+
+@pytest.mark.parametrize("last", ["1,1", "3000000,deep", "3000000,nan"])
+def test_millions_of_rows_are_refused_at_their_last_line_without_being_read_cell_by_cell(csv, monkeypatch, last):
+    from contactqp.profiles import sample_files
+
+    rows = 100_000
+    path = csv("x,depth\n" + "\n".join(f"{k},1" for k in range(rows)) + f"\n{last}\n")
+    cells = []
+    number = sample_files._Table.number
+    monkeypatch.setattr(sample_files._Table, "number", lambda table, cell: cells.append(cell) or number(table, cell))
+    with pytest.raises(ValueError, match=rf"line {rows + 2}: "):
+        Sampled.from_csv(path)
+    assert len(cells) < 20

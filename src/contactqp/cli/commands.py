@@ -1,4 +1,4 @@
-"""The command line: ``contactqp compare``, ``contactqp solve``, ``contactqp paper``, ``contactqp backends``."""
+"""The command line: ``contactqp compare``, ``solve``, ``certify``, ``new``, ``schema``, ``paper``, ``backends``."""
 
 from __future__ import annotations
 
@@ -7,32 +7,23 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(
-    name="contactqp",
-    help=(
-        "Membranes and cables over rigid obstacles, solved by any backend by name.\n\n"
-        "A case file (TOML) describes frame, spacing, tension, load and support; see the examples folder. "
-        "Every answer is judged by the package itself and comes with a certified bound of its error."
-    ),
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode="rich",
-    pretty_exceptions_show_locals=False,
+from .application import (
+    EXIT_INTERRUPTED,
+    EXIT_NOT_CERTIFIED,
+    EXIT_OK,
+    PICTURES,
+    Case,
+    Plot,
+    Quantity,
+    TimeLimit,
+    Tol,
+    bad_input,
+    check_output,
+    tolerance,
 )
-
-EXIT_OK, EXIT_NOT_CERTIFIED, EXIT_BAD_INPUT = 0, 1, 2
-
-Case = Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)]
-Tol = Annotated[
-    str,
-    typer.Option(
-        help="Wanted bound of the gap's error, relative to the gap scale: a number in (0, 1), low (1e-3), mid (1e-6), "
-        "high (1e-9), or default: each library as its authors ship it, judged by 1e-6.",
-        metavar="NUMBER|LEVEL",
-    ),
-]
-TimeLimit = Annotated[float | None, typer.Option(help="Seconds for each backend.", show_default=False)]
-Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .svg).", show_default=False)]
+from .application import (
+    app as app,
+)
 
 
 @app.command()
@@ -42,6 +33,7 @@ def compare(
     tol: Tol = "1e-6",
     time_limit: TimeLimit = None,
     repeats: Annotated[int, typer.Option(help="Runs of each backend after the first, for its warm time.")] = 0,
+    wide: Annotated[bool, typer.Option("--wide", help="Show all columns, however narrow the terminal is.")] = False,
     plot: Plot = None,
     json: Annotated[
         Path | None, typer.Option(help="Write the table and the verdict as JSON.", show_default=False)
@@ -50,18 +42,20 @@ def compare(
 ) -> None:
     """Solve CASE by several backends and cross-check the answers.
 
-    Exit code 0: all certified and in agreement; 1: not; 2: bad input.
+    Exit code 0: all certified and in agreement; 1: not; 2: bad input; 130: interrupted.
     """
-    from ..comparison.compare import compare as compare_backends
-    from ..io.cases import load_case
-    from .tables import print_comparison
+    with bad_input():
+        check_output("--plot", plot, PICTURES)
+        check_output("--json", json, (".json",))
+        check_output("--report", report, (".html", ".htm"))
+        from ..comparison.compare import compare as compare_backends
+        from ..io.cases import load_case
+        from .tables import print_comparison
 
-    with _bad_input():
-        _check_folders(plot, json, report)
         model = load_case(case)
         names = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
-        comparison = compare_backends(model, names, tol=_tolerance(tol), time_limit=time_limit, repeats=repeats)
-        print_comparison(comparison, title=case.name)
+        comparison = compare_backends(model, names, tol=tolerance(tol), time_limit=time_limit, repeats=repeats)
+        print_comparison(comparison, title=case.name, wide=wide)
         if json is not None:
             json.write_text(comparison.to_json() + "\n", encoding="utf-8")
         if plot is not None and comparison.best is not None:
@@ -83,23 +77,87 @@ def solve(
 ) -> None:
     """Solve CASE by one backend.
 
-    Exit code 0: certified; 1: not; 2: bad input.
+    Exit code 0: certified; 1: not; 2: bad input; 130: interrupted.
     """
-    from ..io.cases import load_case
-    from ..solving.solve import solve as solve_problem
+    with bad_input():
+        check_output("--out", out, (".nc",))
+        check_output("--plot", plot, PICTURES)
+        from ..io.cases import load_case
+        from ..io.netcdf import write_netcdf
+        from ..solving.solve import solve as solve_problem
 
-    with _bad_input():
-        _check_folders(out, plot)
         model = load_case(case)
-        solution = solve_problem(model, backend, tol=_tolerance(tol), time_limit=time_limit, on_failure="ignore")
+        solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
         typer.echo(repr(solution))
         if out is not None:
-            solution.to_dataset().to_netcdf(out, engine="netcdf4")
+            write_netcdf(solution.to_dataset(), out)
             typer.echo(f"fields: {out}")
         if plot is not None and solution.residuals is not None:
             solution.plot().savefig(plot, dpi=150)
             typer.echo(f"picture: {plot}")
     raise typer.Exit(EXIT_OK if solution.status.ok else EXIT_NOT_CERTIFIED)
+
+
+@app.command()
+def certify(
+    case: Case,
+    answer: Annotated[
+        Path,
+        typer.Argument(
+            help="What any program computed for CASE: .npy or .csv with a number for each node, in their order or as "
+            "an array of the lattice's shape; or .nc.",
+            show_default=False,
+        ),
+    ],
+    quantity: Annotated[
+        Quantity,
+        typer.Option(help="What the numbers are: gaps to the support, or deflections, positive downwards."),
+    ] = Quantity.GAP,
+    tol: Tol = "1e-6",
+    out: Annotated[
+        Path | None, typer.Option(help="Write the enclosure (.json, or .nc with all fields).", show_default=False)
+    ] = None,
+) -> None:
+    """Enclose the exact solution of CASE, given the ANSWER of any program in any language.
+
+    Exit code 0: certified to the tolerance; 1: not; 2: bad input; 130: interrupted.
+    """
+    with bad_input():
+        check_output("--out", out, (".json", ".nc"))
+        from ..io.answers import read_answer
+        from ..io.cases import load_case
+        from ..solving.answered import judged_answer
+        from .records import print_enclosure, write_enclosure
+
+        model = load_case(case)
+        judged = judged_answer(model, read_answer(answer, model, quantity.value), tolerance(tol), answer.name)
+        print_enclosure(judged, case, answer)
+        if out is not None:
+            write_enclosure(judged, case, answer, out)
+            typer.echo(f"enclosure: {out}")
+    raise typer.Exit(EXIT_OK if judged.status.ok else EXIT_NOT_CERTIFIED)
+
+
+@app.command()
+def new(
+    kind: Annotated[str, typer.Argument(help="Which: membrane, hexagon, dome or cable.")] = "membrane",
+) -> None:
+    """Write a commented case file, which solves as it is: 'contactqp new cable > case.toml'."""
+    from ..io.templates import template
+
+    with bad_input():
+        typer.echo(template(kind), nl=False)
+
+
+@app.command()
+def schema() -> None:
+    """Write the JSON schema of case files, for editors and programs that write them."""
+    import json
+
+    from ..io.case_sections import schema as schema_of_cases
+
+    with bad_input():
+        typer.echo(json.dumps(schema_of_cases(), indent=2, ensure_ascii=False))
 
 
 @app.command()
@@ -112,11 +170,12 @@ def paper(
 
     The rigid surface is a surrogate consistent with Table 1, not a reproduction.
 
-    Exit code 0: all certified, contact sets nested and the same by all backends; 1: not; 2: bad input.
+    Exit code 0: all certified, contact sets nested and the same by all backends; 1: not; 2: bad input;
+    130: interrupted.
     """
     from ..paper.folder import CAPTIONS, prepare_folder, write_folder
 
-    with _bad_input():
+    with bad_input():
         prepare_folder(out)
         from ..paper.reproduction import reproduce
         from ..paper.table import print_table
@@ -134,34 +193,8 @@ def backends() -> None:
     """List the backends: method, version, what they need, and what to install where one is missing."""
     from .tables import print_backends
 
-    print_backends()
-
-
-class _bad_input:  # noqa: N801
-    """Turn an error of the input into one line on standard error and exit code 2."""
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, (ValueError, TypeError, ImportError, OSError)):
-            typer.echo(f"contactqp: {error}", err=True)
-            raise typer.Exit(EXIT_BAD_INPUT) from None
-
-
-def _tolerance(text: str) -> float | str:
-    """Return the number that was typed; what is none is taken for a level's name."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
-def _check_folders(*files: Path | None) -> None:
-    """Refuse an output file whose folder does not exist, before any work."""
-    for file in files:
-        if file is not None and not file.parent.is_dir():
-            raise ValueError(f"cannot write {file}: there is no folder {file.parent}")
+    with bad_input():
+        print_backends()
 
 
 def main() -> None:
@@ -169,4 +202,4 @@ def main() -> None:
     try:
         app()
     except KeyboardInterrupt:
-        raise SystemExit(130) from None
+        raise SystemExit(EXIT_INTERRUPTED) from None

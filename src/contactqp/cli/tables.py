@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+from rich.cells import cell_len
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from ..backends import backend_names, get_backend
-from ..comparison.columns import printed_columns
+from ..comparison.columns import Column, printed_columns
 from ..comparison.compared import Compared
 from ..comparison.text import asked_for
 from ..foundation.terminal import table_console
@@ -14,47 +18,101 @@ from ..foundation.terminal import table_console
 _COLOURS = {"certified": "green", "unproven": "yellow", "missing": "yellow", "unsuitable": "yellow"}
 
 
-def print_comparison(compared: Compared, title: str = "") -> None:
-    """Print the table of a comparison and its verdict."""
+def print_comparison(compared: Compared, title: str = "", *, wide: bool = False) -> None:
+    """Print the table of a comparison and its verdict.
+
+    Parameters
+    ----------
+    compared : Compared
+    title : str
+    wide : bool
+        Whether to show all columns, also where the terminal folds them; otherwise those that it has room for.
+    """
     console = table_console()
     head = " · ".join(part for part in (title, compared.subject) if part)
     console.print(Text(head, style="bold"))
     console.print(Text(asked_for(compared)), style="dim")
-    table = Table(box=None, header_style="bold", pad_edge=False)
     columns = printed_columns(compared.answers.problem)
-    for column in columns:
+    cells = {column: [column.printed, *(column.text(row) for row in compared.rows)] for column in columns}
+    shown = columns if wide else _fitting(cells, console.width)
+    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
+    for column in shown:
         table.add_column(column.printed, justify="left" if column.words else "right", no_wrap=True)
-    for row in compared.rows:
-        backend, status, *numbers = (column.text(row) for column in columns)
+    for k, row in enumerate(compared.rows, 1):
+        backend, status, *numbers = (cells[column][k] for column in shown)
         table.add_row(backend, Text(status, style=_COLOURS.get(row.status, "red")), *numbers)
     console.print()
+    room, console.width = console.width, max(console.width, _width(cells, shown))
     console.print(table)
+    console.width = room
     console.print()
     conclusion = compared.conclusion
     for remark in conclusion.remarks:
         console.print(Text(remark, style="yellow"))
     console.print(Text(conclusion.sentence, style="bold green" if conclusion.agree else "bold red"))
+    left_out = [column.printed for column in columns if column not in shown]
+    if left_out:
+        console.print(Text(f"Left out for want of room: {', '.join(left_out)}; --wide shows all.", style="dim"))
+
+
+_BETWEEN = 2
+"""Blanks between columns."""
+
+
+def _fitting(cells: Mapping[Column, list[str]], room: int) -> list[Column]:
+    """Return the columns that a line has room for, those of low rank first, in their order."""
+    chosen = [column for column in cells if not column.rank]
+    for column in sorted((column for column in cells if column.rank), key=lambda column: column.rank):
+        if _width(cells, [*chosen, column]) > room:
+            break
+        chosen.append(column)
+    return [column for column in cells if column in chosen]
+
+
+def _width(cells: Mapping[Column, list[str]], columns: Sequence[Column]) -> int:
+    return sum(max(map(cell_len, cells[column])) for column in columns) + _BETWEEN * (len(columns) - 1)
+
+
+_UNLIMITED = 10_000
+"""Columns that no table needs."""
+
+_FACTS = ("needs", "reaches", "library", "available")
 
 
 def print_backends() -> None:
-    """Print the table of backends."""
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    for heading in ("name", "method", "needs", "reaches", "library", "available"):
-        table.add_column(heading)
+    """Print the table of backends; methods stand apart, where one line has no room for all."""
+    methods: dict[str, str] = {}
+    facts: dict[str, tuple[str | Text, ...]] = {}
     broken = []
     for name in backend_names():
         try:
             backend = get_backend(name)
         except (Exception, SystemExit) as error:  # what another distribution runs when it is loaded may raise anything
             broken.append(str(error))
-            table.add_row(name, "-", "-", "-", "-", Text("no, see below", style="red"))
+            methods[name], facts[name] = "-", ("-", "-", "-", Text("no, see below", style="red"))
             continue
         version = backend.version()
         needs = ", ".join(sorted(need.name for need in backend.needs)) or "-"
         available = Text("yes", style="green") if version else Text(f"pip install {backend.package}", style="yellow")
         reaches = "-" if backend.reachable_tol is None else f"tol {backend.reachable_tol:g}"
-        table.add_row(name, backend.summary, needs, reaches, f"{backend.package} {version or ''}".strip(), available)
+        methods[name] = backend.summary
+        facts[name] = needs, reaches, f"{backend.package} {version or ''}".strip(), available
     console = table_console()
-    console.print(table)
+    whole = _table_of(("name", "method", *_FACTS), [(name, methods[name], *facts[name]) for name in methods])
+    if Console(width=_UNLIMITED).measure(whole).maximum <= console.width:
+        console.print(whole)
+    else:
+        console.print(_table_of(("name", "method"), list(methods.items())))
+        console.print()
+        console.print(_table_of(("name", *_FACTS), [(name, *facts[name]) for name in facts]))
     for reason in broken:
         console.print(Text(reason, style="yellow"))
+
+
+def _table_of(headings: Sequence[str], rows: Sequence[Sequence[str | Text]]) -> Table:
+    table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
+    for heading in headings:
+        table.add_column(heading, overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    return table

@@ -28,6 +28,9 @@ class Column:
         Whether it is shown only where the problem has an upper bound.
     beyond : bool
         Whether it is shown only where the matrix is no M-matrix, so that an answer may be without a bound.
+    rank : int
+        Where the table is narrow, columns of a smaller rank are shown before those of a larger one; those of rank 0
+        always are.
     """
 
     text: Callable[[Row], str]
@@ -37,6 +40,7 @@ class Column:
     words: bool = False
     upper_bound: bool = False
     beyond: bool = False
+    rank: int = 0
 
 
 _ERROR, _OPTIMALITY, _CONTACT, _WORK = "Error of the gap", "Optimality conditions", "Contact", "Work and time"
@@ -48,27 +52,27 @@ COLUMNS = (
     Column(lambda row: row.backend, "backend", words=True),
     Column(lambda row: row.status.replace("_", " "), "status", _ERROR, "status", words=True),
     Column(lambda row: _yes_or_no(row.claimed), "", _ERROR, "said to be solved", words=True),
-    Column(lambda row: count(row.iterations), "iterations", _WORK, "iterations"),
+    Column(lambda row: count(row.iterations), "iterations", _WORK, "iterations", rank=2),
     Column(lambda row: seconds(_first_run_seconds(row)), "seconds"),
     Column(lambda row: seconds(row.cold_seconds), "", _WORK, "cold (s)"),
     Column(lambda row: seconds(row.setup_seconds), "", _WORK, "set-up (s)"),
     Column(lambda row: seconds(row.solve_seconds), "", _WORK, "solve (s)"),
     Column(lambda row: seconds(row.warm_seconds), "", _WORK, "warm (s)"),
     Column(lambda row: number(row.relative_bound), "bound/scale", _ERROR, "bound / scale"),
-    Column(lambda row: number(row.relative_residual), "residual/scale", _OPTIMALITY, "residual / scale", beyond=True),
-    Column(lambda row: number(row.relative_true_error), "true error", _ERROR, "true error / scale"),
+    Column(lambda row: number(row.relative_residual), "residual/scale", _OPTIMALITY, "residual / scale", beyond=True, rank=1),
+    Column(lambda row: number(row.relative_true_error), "true error", _ERROR, "true error / scale", rank=1),
     Column(lambda row: number(row.gap_bound), "", _ERROR, "bound"),
     Column(lambda row: _true_error(row), "", _ERROR, "true error"),
-    Column(lambda row: number(row.min_gap), "min gap"),
-    Column(lambda row: number(row.min_reaction), "min R"),
+    Column(lambda row: number(row.min_gap), "min gap", rank=5),
+    Column(lambda row: number(row.min_reaction), "min R", rank=6),
     Column(lambda row: number(row.primal_residual), "", _OPTIMALITY, "primal residual"),
     Column(lambda row: number(row.dual_residual), "", _OPTIMALITY, "dual residual"),
-    Column(lambda row: number(row.complementarity), "gap·R", _OPTIMALITY, "duality gap"),
+    Column(lambda row: number(row.complementarity), "gap·R", _OPTIMALITY, "duality gap", rank=4),
     Column(lambda row: number(row.natural_residual), "", _OPTIMALITY, "natural residual"),
     Column(lambda row: number(row.objective, 8), "", _OPTIMALITY, "objective"),
     Column(lambda row: count(row.contact), "contact", _CONTACT, "in contact"),
     Column(lambda row: count(row.contact_upper), "at upper", _CONTACT, "at the upper bound", upper_bound=True),
-    Column(lambda row: count(row.undecided), "undecided", _CONTACT, "undecided"),
+    Column(lambda row: count(row.undecided), "undecided", _CONTACT, "undecided", rank=3),
     Column(lambda row: number(row.contact_jaccard), "", _CONTACT, "Jaccard distance"),
     Column(lambda row: number(row.boundary_distance), "", _CONTACT, "boundary distance"),
 )

@@ -227,7 +227,7 @@ class Comparison:
         Parameters
         ----------
         path : path
-            The file to write, replaced if it exists; its folder must exist.
+            The file to write (.html or .htm), replaced if it exists; its folder must exist.
         title : str
             Headline; by default the problem.
 
@@ -239,7 +239,7 @@ class Comparison:
         Raises
         ------
         ValueError
-            If there is no such folder.
+            If there is no such folder, or the suffix is another.
         """
         from .html import write_report
 

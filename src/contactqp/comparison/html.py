@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..foundation.files import replaced_as_a_whole, require_folder
+from ..foundation.files import replaced_as_a_whole, require_writable
 from ..foundation.text import at_upper_bound, number, shortened
 from .columns import GROUPS, Column, columns_of, printed_columns
 from .compared import Compared
@@ -68,7 +68,7 @@ _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 def write_report(compared: Compared, path: Path, title: str = "") -> Path:
     """Write the page and return its path; an older page at that path is replaced once the new one is complete."""
-    require_folder(path, "report")
+    require_writable(path, (".html", ".htm"), "report")
     page = report_html(compared, title)
     with replaced_as_a_whole(path) as unfinished:
         unfinished.write_text(page, encoding="utf-8")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
-import math
 from dataclasses import asdict
-from typing import Any
 
+from ..foundation.json_text import json_of
 from .columns import printed_columns
 from .compared import Compared
 from .rows import records_of
@@ -60,15 +58,4 @@ def as_json(compared: Compared, indent: int | None) -> str:
         "pairs": [asdict(pair) | {"differing_nodes": pair.differing_nodes.tolist()} for pair in compared.pairs],
         "provenance": compared.provenance.to_dict(),
     }
-    return json.dumps(_plain(record), indent=indent, allow_nan=False)
-
-
-def _plain(value: Any) -> Any:
-    """Return ``value`` with every float that JSON lacks replaced by None."""
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    return json_of(record, indent)

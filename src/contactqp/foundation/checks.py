@@ -26,6 +26,8 @@ def finite_number(value: object, name: str) -> float:
         number = float(cast("Any", value))
     except (TypeError, ValueError):
         raise TypeError(f"{name} must be a real number, got {value!r}") from None
+    except OverflowError:
+        raise ValueError(f"{name} must be finite, got a number beyond double precision") from None
     if not math.isfinite(number):
         raise ValueError(f"{name} must be finite, got {number}")
     return number
@@ -97,9 +99,14 @@ def one_of(value: object, known: Iterable[str], name: str) -> str:
     return value
 
 
+_LONGEST_WORD = 100
+
+
 def nearest(word: object, known: Iterable[str]) -> str:
     """Return ``'; did you mean ...?'`` for the known word closest to ``word``, or nothing."""
-    close = get_close_matches(str(word).lower(), list(known), n=1, cutoff=0.5)
+    text = str(word).lower()
+    # Comparing takes a time that grows with the length, and nothing that long is a slip.
+    close = get_close_matches(text, list(known), n=1, cutoff=0.5) if len(text) <= _LONGEST_WORD else []
     return f"; did you mean {close[0]!r}?" if close else ""
 
 

@@ -1,11 +1,16 @@
-"""Files that are replaced as a whole: whoever opens one finds the old contents or the new, never a part."""
+"""Files that are written: checked before the work, replaced as a whole, and held by one at a time."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import sys
+import threading
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+
+_held: set[Path] = set()
+_held_guard = threading.Lock()
 
 
 def require_folder(path: Path, what: str) -> None:
@@ -14,12 +19,127 @@ def require_folder(path: Path, what: str) -> None:
         raise ValueError(f"cannot write the {what} {path}: there is no folder {path.parent}; make it first")
 
 
+def require_suffix(path: Path, known: Sequence[str], what: str) -> None:
+    """Raise a ValueError that lists the known suffixes, if that of ``path`` is none of them.
+
+    Examples
+    --------
+    >>> require_suffix(Path("fields.NC"), [".nc"], "fields")
+    >>> require_suffix(Path("hexagon.gif"), [".png", ".pdf"], "picture")
+    Traceback (most recent call last):
+    ...
+    ValueError: cannot write the picture hexagon.gif: unknown suffix '.gif'; known: .png .pdf
+    """
+    suffix = path.suffix.lower()
+    if suffix not in known:
+        found = f"unknown suffix {suffix!r}" if suffix else "it has no suffix"
+        raise ValueError(f"cannot write the {what} {path}: {found}; known: {' '.join(known)}")
+
+
+def require_writable(path: Path, known: Sequence[str], what: str) -> None:
+    """Raise a ValueError, if ``path`` cannot become a file of one of the ``known`` suffixes.
+
+    Examples
+    --------
+    >>> require_writable(Path("no", "such", "r.html"), [".html"], "report")
+    Traceback (most recent call last):
+    ...
+    ValueError: cannot write the report no/such/r.html: there is no folder no/such; make it first
+    """
+    require_suffix(path, known, what)
+    require_folder(path, what)
+    if path.is_dir():
+        raise ValueError(f"cannot write the {what} {path}: there is a folder of that name")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise ValueError(f"cannot write the {what} {path}: permission denied")
+
+
 @contextmanager
 def replaced_as_a_whole(path: Path) -> Iterator[Path]:
     """Give a file beside ``path`` to write to, which takes its place when that is done, and vanishes on an error."""
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
     try:
         yield unfinished
         unfinished.replace(path)
     finally:
         unfinished.unlink(missing_ok=True)
+
+
+@contextmanager
+def held(path: Path, what: str) -> Iterator[None]:
+    """Keep a file to oneself, against other threads and other processes; a process that dies lets go of it.
+
+    Raises
+    ------
+    ValueError
+        If another thread or process has it.
+    """
+    path = path.absolute()
+    path = path.parent.resolve() / path.name
+    with _held_guard:
+        if path in _held:
+            raise ValueError(f"the {what} {path} is in use by another thread; {_ANOTHER}")
+        _held.add(path)
+    try:
+        lock = path.with_name(f".{path.name}.lock")
+        descriptor = _locked(lock)
+        if descriptor is None:
+            raise ValueError(f"the {what} {path} is in use by another process; {_ANOTHER}")
+        try:
+            yield
+        finally:
+            _release(descriptor, lock)
+    finally:
+        with _held_guard:
+            _held.discard(path)
+
+
+_ANOTHER = "name another file, or wait until that is done"
+
+
+def _locked(lock: Path) -> int | None:
+    """Return the descriptor of a lock file that is held now, None if another process holds it."""
+    while True:
+        descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
+        if not _try_to_lock(descriptor):
+            os.close(descriptor)
+            return None
+        # The one who held it may have removed the file between opening and locking: then this is no lock any more.
+        try:
+            if os.path.samestat(os.fstat(descriptor), os.stat(lock)):
+                return descriptor
+        except FileNotFoundError:
+            pass
+        os.close(descriptor)
+
+
+def _release(descriptor: int, lock: Path) -> None:
+    if sys.platform == "win32":
+        os.close(descriptor)  # an open file cannot be removed there
+        lock.unlink(missing_ok=True)
+    else:
+        lock.unlink(missing_ok=True)
+        os.close(descriptor)
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _try_to_lock(descriptor: int) -> bool:
+        try:
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        return True
+
+else:
+    import fcntl
+
+    def _try_to_lock(descriptor: int) -> bool:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        except OSError:
+            return True  # some network folders know no locks; there only threads are kept apart
+        return True

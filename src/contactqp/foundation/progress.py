@@ -11,6 +11,8 @@ from threading import Thread, Timer
 from types import TracebackType
 from typing import TYPE_CHECKING, ClassVar, TypeVar
 
+from .terminal import on_terminal
+
 if TYPE_CHECKING:
     from rich.status import Status as RichStatus
 
@@ -40,7 +42,7 @@ class Progress:
     def __init__(self, title: str, shown: bool | None = None) -> None:
         self.title = title
         self.detail = ""
-        self._shown = sys.stderr.isatty() if shown is None else shown
+        self._shown = on_terminal() if shown is None else shown
         self._start = time.perf_counter()
         self._status: RichStatus | None = None
 
@@ -146,7 +148,7 @@ def compiling(kernels: str) -> Iterator[None]:
         sys.stderr.write(f"contactqp: compiling the kernels of {kernels}, once on this machine\n")
 
     timer = Timer(_PATIENCE, announce)
-    if sys.stderr.isatty():
+    if on_terminal():
         timer.start()
     try:
         yield

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, finite_number, positive_number
-from .lattice import Lattice
+from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
+from .lattice import Lattice, refuse_indistinct, spacing_of_nodes
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -38,6 +39,8 @@ class Frame:
     """
 
     def __init__(self, geometry: BaseGeometry, inside: _Inside, name: str) -> None:
+        left, bottom, right, top = map(float, geometry.bounds)
+        _refuse_extremes(right - left, top - bottom, name)
         self.geometry = geometry
         self._inside = inside
         self._name = name
@@ -78,6 +81,7 @@ class Frame:
         from shapely.geometry import Point as ShapelyPoint
 
         limit = positive_number(radius, "radius")
+        _refuse_extremes(2 * limit, 2 * limit, f"disk({limit:g})")
         center_x, center_y = _point(center, "center")
 
         def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
@@ -128,8 +132,11 @@ class Frame:
         for ring in rings:
             if len(ring) < 3:
                 raise ValueError(f"a polygon needs at least 3 corners, got {len(ring)}: {ring}")
+        name = f"polygon({len(rings[0])} corners" + (f", {len(holes)} holes)" if holes else ")")
+        width, height = (max(places) - min(places) for places in zip(*rings[0], strict=True))
+        _refuse_extremes(width, height, name)
         frame = cls.from_shapely(Polygon(rings[0], rings[1:]))
-        frame._name = f"polygon({len(rings[0])} corners" + (f", {len(holes)} holes)" if holes else ")")
+        frame._name = name
         return frame
 
     @classmethod
@@ -180,13 +187,22 @@ class Frame:
         Raises
         ------
         ValueError
-            If no point of the lattice lies inside.
+            If no point of the lattice lies inside, or it would have more points than are taken (see
+            `contactqp.foundation.limits`): the message tells count and memory.
         """
-        spacing = positive_number(spacing, "spacing")
+        spacing = spacing_of_nodes(spacing)
         origin_x, origin_y = _point(origin, "origin")
         left, bottom, right, top = self.geometry.bounds
         coordinates = np.abs([left, bottom, right, top, origin_x, origin_y])
         margin = max(_RELATIVE_TOLERANCE * max(right - left, top - bottom), 8 * float(np.spacing(coordinates.max())))
+        refuse_too_many(
+            ((right - left) / spacing + 1) * ((top - bottom) / spacing + 1),
+            f"lattice points of spacing {spacing:g} over {self!r}",
+            BYTES_TO_SOLVE,
+            "choose a larger spacing",
+        )
+        for axis, low, high, start in (("x", left, right, origin_x), ("y", bottom, top, origin_y)):
+            refuse_indistinct(min(low, start), max(high, start), spacing, axis)
         columns = _covering(left, right, origin_x, spacing)
         rows = _covering(bottom, top, origin_y, spacing)
         x, y = origin_x + spacing * columns, origin_y + spacing * rows
@@ -264,6 +280,18 @@ def _covering(low: float, high: float, origin: float, spacing: float) -> NDArray
     first = math.floor((low - origin) / spacing + slack)
     last = math.ceil((high - origin) / spacing - slack)
     return np.arange(first, last + 1, dtype=np.float64)
+
+
+_LEAST_EXTENT, _LARGEST_EXTENT = 1e-130, 1e130
+"""Beyond, areas are no normal numbers in double precision; shapely's own checks do not see that."""
+
+
+def _refuse_extremes(width: float, height: float, name: str) -> None:
+    if not all(_LEAST_EXTENT < extent < _LARGEST_EXTENT for extent in (width, height)):
+        raise ValueError(
+            f"a frame must be between {_LEAST_EXTENT:g} and {_LARGEST_EXTENT:g} wide and high, "
+            f"got {width:g} by {height:g} for {name}; choose another unit of length, or a place nearer to 0"
+        )
 
 
 def _refuse_empty(geometry: BaseGeometry, expression: str) -> None:

@@ -33,7 +33,8 @@ class Lattice:
     TypeError
         If ``mask`` is not boolean.
     ValueError
-        If ``mask`` is not two-dimensional or holds no node, or ``spacing`` is not positive.
+        If ``mask`` is not two-dimensional or holds no node, or ``spacing`` is not positive, or so small or so large
+        that numbers in double precision cannot tell neighbouring nodes, or the area of one.
 
     Examples
     --------
@@ -60,10 +61,12 @@ class Lattice:
         if not points.any():
             raise ValueError(f"mask of shape {points.shape} holds no node: choose a smaller spacing or a larger frame")
         self.mask: Mask = read_only(points)
-        self.spacing = positive_number(spacing, "spacing")
+        self.spacing = spacing_of_nodes(spacing)
         if np.shape(origin) != (2,):
             raise ValueError(f"origin must be a pair (x, y), got {origin!r}")
         self.origin = (finite_number(origin[0], "origin[0]"), finite_number(origin[1], "origin[1]"))
+        for axis, first, count in zip("xy", self.origin, points.shape[::-1], strict=True):
+            refuse_indistinct(first, first + self.spacing * (count - 1), self.spacing, axis)
 
     @classmethod
     def from_mask(cls, mask: ArrayLike, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> Lattice:
@@ -177,4 +180,29 @@ class Lattice:
         rows, columns = self.shape
         return (
             f"Lattice({self.size} node{'s' if self.size != 1 else ''} in {rows} x {columns}, spacing={self.spacing:g})"
+        )
+
+
+_LEAST_SPACING, _LARGEST_SPACING = 1e-140, 1e140
+"""Beyond, the area that a node stands for is no normal number in double precision."""
+
+
+def spacing_of_nodes(value: object) -> float:
+    """Return ``value`` as a spacing of nodes: a positive number with a square."""
+    spacing = positive_number(value, "spacing")
+    if not _LEAST_SPACING <= spacing <= _LARGEST_SPACING:
+        raise ValueError(
+            f"spacing must lie between {_LEAST_SPACING:g} and {_LARGEST_SPACING:g}, got {spacing:g}; "
+            "choose another unit of length"
+        )
+    return spacing
+
+
+def refuse_indistinct(first: float, last: float, spacing: float, axis: str) -> None:
+    """Raise a ValueError, if from ``first`` to ``last`` points are so far from 0 that rounding takes the spacing."""
+    farthest = max(abs(first), abs(last))
+    if not np.isfinite(farthest) or spacing <= 8 * np.spacing(farthest):
+        raise ValueError(
+            f"spacing {spacing:g} is lost by rounding at {axis} = {farthest:g}; choose a larger spacing, "
+            "or an origin nearer to 0"
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, TypeAdapter
 
 from ..geometry.frame import Frame
 from ..profiles.analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane
@@ -28,11 +28,39 @@ Corners: TypeAlias = Annotated[list[Point], Field(min_length=3)]
 Column: TypeAlias = str | Annotated[int, Field(ge=0, strict=True)]
 
 
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid")
+Delimiter: TypeAlias = Annotated[str, Field(min_length=1, max_length=1)]
 
 
-class Rectangle(_Section):
+class Section(BaseModel):
+    """A table of a case file; keys that it does not know are refused."""
+
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+
+
+class _TableSection(Section):
+    file: str
+    """Path from the case file's folder."""
+    delimiter: Delimiter | None = None
+    """What separates the columns of a .csv file: by default a comma, and a semicolon where that is the decimal sign."""
+    decimal: Literal[".", ","] = "."
+    """What begins the decimals of a number in a .csv file."""
+
+    @property
+    def separator(self) -> str:
+        """The delimiter that holds where none is given."""
+        return self.delimiter or _DELIMITER_BESIDE[self.decimal]
+
+
+_DELIMITER_BESIDE = {".": ",", ",": ";"}
+"""What separates columns whose numbers have such a decimal sign."""
+
+
+class _FileSection(_TableSection):
+    key: str | None = None
+    """Which array of a .npz file that holds several."""
+
+
+class Rectangle(Section):
     """``shape = "rectangle"``: see `Frame.rectangle`."""
 
     shape: Literal["rectangle"]
@@ -45,7 +73,7 @@ class Rectangle(_Section):
         return Frame.rectangle(self.width, self.height, self.center)
 
 
-class Hexagon(_Section):
+class Hexagon(Section):
     """``shape = "hexagon"``: see `Frame.hexagon`."""
 
     shape: Literal["hexagon"]
@@ -57,7 +85,7 @@ class Hexagon(_Section):
         return Frame.hexagon(self.side, self.center)
 
 
-class Disk(_Section):
+class Disk(Section):
     """``shape = "disk"``: see `Frame.disk`."""
 
     shape: Literal["disk"]
@@ -69,7 +97,7 @@ class Disk(_Section):
         return Frame.disk(self.radius, self.center)
 
 
-class Polygon(_Section):
+class Polygon(Section):
     """``shape = "polygon"``: see `Frame.polygon`."""
 
     shape: Literal["polygon"]
@@ -81,32 +109,29 @@ class Polygon(_Section):
         return Frame.polygon(self.corners, self.holes)
 
 
-class MaskFile(_Section):
+class MaskFile(_FileSection):
     """``shape = "mask"``: nodes from a file, everything above ``threshold``; the case's origin is the first entry's."""
 
     shape: Literal["mask"]
-    file: str
     threshold: Finite = 0.5
 
 
 FrameSection: TypeAlias = Annotated[Rectangle | Hexagon | Disk | Polygon | MaskFile, Field(discriminator="shape")]
 
 
-class DataFile(_Section):
+class DataFile(_FileSection):
     """Values from a .npy, .csv, .npz or image file: ``offset + factor * value``.
 
     An image's grey levels run from 0 (black) to 1 (white), and its first row is the one with the largest y. Where the
     file's shape is not the lattice's, ``resample = true`` interpolates it over the lattice's extent.
     """
 
-    file: str
-    key: str | None = None
     factor: Finite = 1.0
     offset: Finite = 0.0
     resample: bool = False
 
 
-class PlaneSection(_Section):
+class PlaneSection(Section):
     """``profile = "plane"``."""
 
     profile: Literal["plane"]
@@ -115,7 +140,7 @@ class PlaneSection(_Section):
     slope_y: Finite = 0.0
 
 
-class ParaboloidSection(_Section):
+class ParaboloidSection(Section):
     """``profile = "paraboloid"``."""
 
     profile: Literal["paraboloid"]
@@ -124,7 +149,7 @@ class ParaboloidSection(_Section):
     center: Point = (0.0, 0.0)
 
 
-class ConeSection(_Section):
+class ConeSection(Section):
     """``profile = "cone"``."""
 
     profile: Literal["cone"]
@@ -133,7 +158,7 @@ class ConeSection(_Section):
     center: Point = (0.0, 0.0)
 
 
-class CylinderSection(_Section):
+class CylinderSection(Section):
     """``profile = "cylinder"``."""
 
     profile: Literal["cylinder"]
@@ -143,7 +168,7 @@ class CylinderSection(_Section):
     axis: Literal["x", "y"] = "y"
 
 
-class HemisphereSection(_Section):
+class HemisphereSection(Section):
     """``profile = "hemisphere"``."""
 
     profile: Literal["hemisphere"]
@@ -152,7 +177,7 @@ class HemisphereSection(_Section):
     center: Point = (0.0, 0.0)
 
 
-class HillAndFloorSection(_Section):
+class HillAndFloorSection(Section):
     """``profile = "hill-and-floor"``."""
 
     profile: Literal["hill-and-floor"]
@@ -161,14 +186,13 @@ class HillAndFloorSection(_Section):
     scale: Positive = 1.0
 
 
-class SampledSection(_Section):
+class SampledSection(_TableSection):
     """``profile = "sampled"``: two columns of a CSV file, see `profiles.Sampled.from_csv`."""
 
     profile: Literal["sampled"]
-    file: str
     x: Column = "x"
     depth: Column = "depth"
-    delimiter: Annotated[str, Field(min_length=1, max_length=1)] = ","
+    duplicates: Literal["error", "mean", "first", "last", "shallowest", "deepest"] = "error"
     interpolation: Literal["linear", "pchip"] = "linear"
     outside: Literal["error", "hold", "none"] = "error"
 
@@ -195,29 +219,91 @@ PROFILES: dict[str, Any] = {
 }
 
 
-class MembraneCase(_Section):
+SECTIONS: dict[str, type[Section]] = {
+    "rectangle": Rectangle,
+    "hexagon": Hexagon,
+    "disk": Disk,
+    "polygon": Polygon,
+    "mask": MaskFile,
+    "plane": PlaneSection,
+    "paraboloid": ParaboloidSection,
+    "cone": ConeSection,
+    "cylinder": CylinderSection,
+    "hemisphere": HemisphereSection,
+    "hill-and-floor": HillAndFloorSection,
+    "sampled": SampledSection,
+}
+"""Sections by the shape or the profile that they are of."""
+
+
+def _kind(value: Any) -> str | None:
+    """Return which of the ways to give a field a value is meant to be; None if that cannot be told."""
+    if not isinstance(value, (dict, BaseModel)):
+        return "number"
+    names = value if isinstance(value, dict) else type(value).model_fields
+    return next((kind for kind in ("profile", "file") if kind in names), None)
+
+
+_ByKind = Discriminator(_kind)
+
+_Number: TypeAlias = Annotated[Finite, Tag("number")]
+_File: TypeAlias = Annotated[DataFile, Tag("file")]
+_Profile: TypeAlias = Annotated[ProfileSection, Tag("profile")]
+
+Load: TypeAlias = Annotated[_Number | _File, _ByKind]
+Support: TypeAlias = Annotated[Annotated[Ordinate, Tag("number")] | _File | _Profile, _ByKind]
+FrameHeight: TypeAlias = Annotated[_Number | _Profile, _ByKind]
+
+
+class MembraneCase(Section):
     """``model = "membrane"``, which is the default."""
 
     model: Literal["membrane"] = "membrane"
     title: str = ""
     frame: FrameSection
+    """The contour that the membrane is stretched over."""
     spacing: Positive
+    """Distance of neighbouring nodes (length)."""
     origin: Point = (0.0, 0.0)
+    """A point of the lattice, x and y (length)."""
     tension: Positive
-    load: Finite | DataFile
-    support: Ordinate | DataFile | ProfileSection
-    frame_height: Finite | ProfileSection = 0.0
+    """Force per length."""
+    load: Load
+    """Active pressure, positive downwards (force per area)."""
+    support: Support
+    """Ordinate of the rigid profile, positive downwards (length); inf for none."""
+    frame_height: FrameHeight = 0.0
+    """Ordinate of the frame, positive downwards (length)."""
 
 
-class CableCase(_Section):
+class CableCase(Section):
     """``model = "cable"``."""
 
     model: Literal["cable"]
     title: str = ""
     span: Positive
+    """Distance of the ends, a whole multiple of the spacing (length)."""
     start: Finite = 0.0
+    """Abscissa of the left end (length)."""
     spacing: Positive
+    """Distance of neighbouring nodes (length)."""
     tension: Positive
-    load: Finite | DataFile
-    support: Ordinate | DataFile | ProfileSection
-    frame_height: Finite | ProfileSection = 0.0
+    """Force."""
+    load: Load
+    """Active load, positive downwards (force per length)."""
+    support: Support
+    """Ordinate of the ground, positive downwards (length); inf for none."""
+    frame_height: FrameHeight = 0.0
+    """Ordinates of the ends, positive downwards (length)."""
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON schema of case files.
+
+    Examples
+    --------
+    >>> schema()["$schema"]
+    'https://json-schema.org/draft/2020-12/schema'
+    """
+    found = TypeAdapter[Any](MembraneCase | CableCase).json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "contactqp case file"} | found

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+import numpy as np
+from pydantic import ValidationError
 
 from ..errors import CaseFileError
 from ..geometry.lattice import Lattice
 from ..models.cable import Cable
 from ..models.membrane import Membrane
-from .case_sections import PROFILES, CableCase, DataFile, MaskFile, MembraneCase, SampledSection
-from .data_files import existing_file, read_array, resampled
+from .case_errors import explained
+from .case_sections import PROFILES, CableCase, DataFile, MaskFile, MembraneCase, SampledSection, Section
+from .data_files import Reading, existing_file, read_array, resampled
+from .toml_files import read_toml
 
 
 def load_case(path: str | Path) -> Membrane | Cable:
@@ -45,28 +47,32 @@ def load_case(path: str | Path) -> Membrane | Cable:
     Membrane(45 nodes, spacing=0.5, tension=1)
     """
     path = Path(path)
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise CaseFileError(f"{path}: cannot read the case file: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CaseFileError(f"{path}: not a TOML file: {error}") from None
+    data = read_toml(path)
     section, model_of = _KINDS.get(str(data.get("model")), _KINDS["membrane"])
     try:
         case = section.model_validate(data)
+        # Numbers that overflow on the way are no input, though each of them is one.
+        with np.errstate(over="raise", invalid="raise", divide="raise"):
+            model = model_of(case, path)
+            _ = model.problem
+            return model
     except ValidationError as error:
-        raise CaseFileError(f"{path}:\n" + "\n".join(_explain(error))) from None
-    try:
-        return model_of(case, path)
+        raise CaseFileError(f"{path}: {explained(error, section)}") from None
     except CaseFileError:
         raise
+    except (ArithmeticError, RuntimeWarning) as error:
+        raise CaseFileError(f"{path}: numbers too large or too small for double precision: {error}") from None
+    except RecursionError:
+        raise CaseFileError(f"{path}: not a case file: too deeply nested") from None
+    except MemoryError as error:
+        raise CaseFileError(f"{path}: not enough memory: {error}") from None
     except (ValueError, TypeError) as error:
         raise CaseFileError(f"{path}: {error}") from None
 
 
 def _membrane(case: MembraneCase, path: Path) -> Membrane:
     if isinstance(case.frame, MaskFile):
-        grid = read_array(path, "frame.file", case.frame.file, None)
+        grid = read_array(path, "frame.file", case.frame.file, _reading(case.frame))
         lattice = Lattice(grid > case.frame.threshold, case.spacing, case.origin)
     else:
         lattice = case.frame.build().lattice(case.spacing, case.origin)
@@ -92,18 +98,22 @@ def _cable(case: CableCase, path: Path) -> Cable:
     )
 
 
-_KINDS: dict[str, tuple[type[BaseModel], Callable[[Any, Path], Membrane | Cable]]] = {
+_KINDS: dict[str, tuple[type[Section], Callable[[Any, Path], Membrane | Cable]]] = {
     "membrane": (MembraneCase, _membrane),
     "cable": (CableCase, _cable),
 }
 """The section that describes a kind of model, and what makes the model of it, by the name in the file."""
 
 
+def _reading(section: DataFile | MaskFile) -> Reading:
+    return Reading(section.key, section.separator, section.decimal)
+
+
 def _field(value: Any, key: str, lattice: Lattice, path: Path) -> Any:
     if isinstance(value, float):
         return value
     if isinstance(value, DataFile):
-        grid = read_array(path, f"{key}.file", value.file, value.key)
+        grid = read_array(path, f"{key}.file", value.file, _reading(value))
         if lattice.shape[0] == 1:
             grid = grid.reshape(1, -1)
         if grid.shape != lattice.shape:
@@ -116,18 +126,9 @@ def _field(value: Any, key: str, lattice: Lattice, path: Path) -> Any:
         return value.offset + value.factor * grid
     parameters = value.model_dump(exclude={"profile"})
     if isinstance(value, SampledSection):
+        parameters["delimiter"] = value.separator
         parameters["path"] = existing_file(path, f"{key}.file", parameters.pop("file"))
     try:
         return PROFILES[value.profile](**parameters)
     except (ValueError, OSError) as error:
         raise CaseFileError(f"{path}: {key}: {error}") from None
-
-
-def _explain(error: ValidationError) -> list[str]:
-    lines = []
-    for problem in error.errors():
-        tags = {*PROFILES, "rectangle", "hexagon", "disk", "polygon", "mask", "DataFile", "float", "function-after"}
-        key = ".".join(str(part) for part in problem["loc"] if str(part) not in tags and "[" not in str(part))
-        given = "" if problem["type"] == "missing" else f", got {problem['input']!r}"
-        lines.append(f"  {key or 'file'}: {problem['msg'][0].lower()}{problem['msg'][1:]}{given}")
-    return list(dict.fromkeys(lines))

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Vector, finite_number, integer_at_least, positive_number
+from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
 from ..geometry.fields import of_x_and_y
-from ..geometry.lattice import Lattice
+from ..geometry.lattice import Lattice, spacing_of_nodes
 from .base import Coordinate
 from .on_lattice import LatticeModel
 
@@ -107,7 +108,7 @@ class Cable(LatticeModel):
         >>> cq.Cable.lattice_of(10.0, spacing=2.5, start=-5.0).x
         array([-2.5,  0. ,  2.5])
         """
-        spacing = positive_number(spacing, "spacing")
+        spacing = spacing_of_nodes(spacing)
         start = finite_number(start, "start")
         count = _node_count(span, nodes, spacing)
         return Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
@@ -185,10 +186,18 @@ def _node_count(span: float | None, nodes: int | None, spacing: float) -> int:
     if (span is None) == (nodes is None):
         raise ValueError(f"give either span or nodes, got span={span!r}, nodes={nodes!r}")
     if nodes is not None:
-        return integer_at_least(nodes, 1, "nodes")
+        count = integer_at_least(nodes, 1, "nodes")
+        _refuse_too_many_nodes(count, "choose fewer")
+        return count
+    # The quotient of the largest number and a small one is infinite, which is counted as such.
     ratio = positive_number(span, "span") / spacing
+    _refuse_too_many_nodes(ratio - 1, "choose a larger spacing")
     if abs(ratio - round(ratio)) > 1e-9 * ratio or round(ratio) < 2:
         raise ValueError(
             f"span must be a whole multiple (2 or more) of the spacing, got {span:g} / {spacing:g} = {ratio:.12g}"
         )
     return round(ratio) - 1
+
+
+def _refuse_too_many_nodes(count: float, remedy: str) -> None:
+    refuse_too_many(count, "nodes of a cable", BYTES_TO_SOLVE, remedy)

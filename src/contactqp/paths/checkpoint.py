@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..foundation.checks import Vector
-from ..foundation.files import replaced_as_a_whole, require_folder
+from ..foundation.files import held, require_folder
+from ..io.netcdf import read_netcdf, write_netcdf
 from ..models.base import ContactModel
 from ..models.varied import VARIED
 from ..proof.judge import judge
@@ -17,8 +21,39 @@ from ..solving.request import Request
 from ..solving.solution import Run, Solution
 
 
+@dataclass(frozen=True)
+class _Entry:
+    """What is kept of the answer for one value: the attributes of a `Run` by their names."""
+
+    gap: Vector
+    cold_iterations: int
+    iterations: int
+    setup_seconds: float
+    solve_seconds: float
+    seconds: float
+    termination: str
+
+    @classmethod
+    def of(cls, solution: Solution, cold_iterations: int) -> _Entry:
+        return cls(
+            solution.gap,
+            cold_iterations,
+            solution.iterations,
+            solution.setup_seconds,
+            solution.solve_seconds,
+            solution.seconds,
+            solution.termination,
+        )
+
+
+_NAMES = tuple(_Entry.__dataclass_fields__)
+
+
 class Checkpoint:
-    """What has been done of a path, in a file.
+    """The answers that have been found for a model, by the value of the parameter that is varied, in a file.
+
+    Nothing is taken out of it: answers to other values are added, and one is replaced only by another for the same
+    value. It must be entered (`held`) before it is asked or written.
 
     Parameters
     ----------
@@ -27,80 +62,89 @@ class Checkpoint:
     model : Membrane, Cable or CableNet
     parameter, backend : str
         See `trace`.
+    tol : float or str
+        What answers are judged by.
 
     Raises
     ------
     ValueError
-        If the file belongs to another path, or is no checkpoint, or its folder is missing.
+        If its folder is missing.
     """
 
-    def __init__(self, path: Path, model: ContactModel, parameter: str, backend: str) -> None:
+    def __init__(self, path: Path, model: ContactModel, parameter: str, backend: str, tol: float | str) -> None:
         self._path, self._model, self._parameter, self._backend = path, model, parameter, backend
+        self._request = Request.of(tol)
         require_folder(path, "checkpoint")
         self._mark = _mark(model, parameter, backend)
+        self._entries: dict[float, _Entry] = {}
+        self._iteration_unit = ""
 
-    def restored(self, values: Vector, tol: float | str) -> list[tuple[Solution, int]]:
-        """Return the solutions that the file holds of a path's first values, judged anew, and their cold iterations."""
+    @contextmanager
+    def held(self) -> Iterator[Checkpoint]:
+        """Keep the file to oneself, and read what it holds.
+
+        Raises
+        ------
+        ValueError
+            If another thread or process has it, or it belongs to another path, or is no checkpoint.
+        """
+        with held(self._path, "checkpoint"):
+            if self._path.exists():
+                self._read()
+            yield self
+
+    def restored(self, value: float) -> tuple[Solution | None, int]:
+        """Return the kept answer for a value, judged anew, and its cold iterations; None and -1 without one."""
+        entry = self._entries.get(value)
+        if entry is None:
+            return None, -1
+        model = VARIED[self._parameter](self._model, value)
+        verdict = judge(model.problem, entry.gap, self._request.tolerance.tol, model=model)
+        run = Run(
+            backend=self._backend,
+            gap=entry.gap,
+            termination=entry.termination,
+            iterations=entry.iterations,
+            iteration_unit=self._iteration_unit,
+            setup_seconds=entry.setup_seconds,
+            solve_seconds=entry.solve_seconds,
+            seconds=entry.seconds,
+            note=f"restored from {self._path.name}",
+        )
+        return Solution(model, self._request, run, verdict), entry.cold_iterations
+
+    def keep(self, value: float, solution: Solution, cold_iterations: int) -> None:
+        """Write an answer beside all others, and replace the file as a whole."""
         import xarray as xr
 
-        if not self._path.exists():
-            return []
+        self._entries[value] = _Entry.of(solution, cold_iterations)
+        self._iteration_unit = solution.iteration_unit
+        columns: dict[str, Any] = {"value": ("step", np.array(list(self._entries)))}
+        for name in _NAMES:
+            kept = [getattr(entry, name) for entry in self._entries.values()]
+            axes = ("step", "node") if name == "gap" else "step"
+            columns[name] = (axes, np.array(kept, dtype=object if name == "termination" else None))
+        unit = self._iteration_unit
+        data = xr.Dataset(columns, attrs={"mark": self._mark, "backend": self._backend, "iteration_unit": unit})
+        write_netcdf(data, self._path)
+
+    def _read(self) -> None:
         try:
-            with xr.open_dataset(self._path, engine="netcdf4") as file:
-                data = file.load()
+            data = read_netcdf(self._path)
         except OSError as error:
             raise ValueError(f"{self._path} is no checkpoint ({error}); remove it or name another file") from None
         if data.attrs.get("mark") != self._mark:
             raise ValueError(
                 f"the checkpoint {self._path} belongs to another model, parameter or backend; remove it or name another"
             )
-        missing = {"value", "gap", "cold_iterations", "iterations", "termination"} - set(data.variables)
+        missing = {"value", *_NAMES} - set(data.variables)
         if missing:
             raise ValueError(f"{self._path} is no whole checkpoint: {', '.join(sorted(missing))} missing; remove it")
-        kept = data["value"].to_numpy()
-        same = min(kept.size, values.size)
-        differing = np.flatnonzero(kept[:same] != values[:same])
-        count = int(differing[0]) if differing.size else same
-        if same and not count:
-            raise ValueError(
-                f"the checkpoint {self._path} begins with {self._parameter} {kept[0]:g}, not {values[0]:g}; "
-                "remove it or name another, so that nothing is lost"
-            )
-        return [self._solution(data.isel(step=k), float(values[k]), tol) for k in range(count)]
-
-    def keep(self, values: Vector, solutions: list[Solution], cold_iterations: list[int]) -> None:
-        """Write all that is done, and replace the file as a whole."""
-        import xarray as xr
-
-        columns: dict[str, Any] = {
-            "value": ("step", values),
-            "gap": (("step", "node"), np.array([solution.gap for solution in solutions])),
-            "cold_iterations": ("step", np.array(cold_iterations)),
-        }
-        for name in ("iterations", "setup_seconds", "solve_seconds", "seconds"):
-            columns[name] = ("step", np.array([getattr(solution, name) for solution in solutions]))
-        columns["termination"] = ("step", np.array([solution.termination for solution in solutions], dtype=object))
-        unit = solutions[0].iteration_unit
-        data = xr.Dataset(columns, attrs={"mark": self._mark, "backend": self._backend, "iteration_unit": unit})
-        with replaced_as_a_whole(self._path) as unfinished:
-            data.to_netcdf(unfinished, engine="netcdf4")
-
-    def _solution(self, step: Any, value: float, tol: float | str) -> tuple[Solution, int]:
-        model = VARIED[self._parameter](self._model, value)
-        gap, request = step["gap"].to_numpy(), Request.of(tol)
-        verdict = judge(model.problem, gap, request.tolerance.tol, model=model)
-        run = Run(
-            backend=self._backend,
-            gap=gap,
-            termination=str(step["termination"].item()),
-            iterations=int(step["iterations"]),
-            iteration_unit=str(step.attrs["iteration_unit"]),
-            setup_seconds=float(step["setup_seconds"]),
-            solve_seconds=float(step["solve_seconds"]),
-            seconds=float(step["seconds"]),
-            note=f"restored from {self._path.name}",
-        )
-        return Solution(model, request, run, verdict), int(step["cold_iterations"])
+        columns = [data[name].to_numpy() for name in ("value", *_NAMES)]
+        for value, gap, cold, iterations, setup, solving, seconds, words in zip(*columns, strict=True):
+            times = float(setup), float(solving), float(seconds)
+            self._entries[float(value)] = _Entry(gap, int(cold), int(iterations), *times, str(words))
+        self._iteration_unit = str(data.attrs["iteration_unit"])
 
 
 def _mark(model: ContactModel, parameter: str, backend: str) -> str:

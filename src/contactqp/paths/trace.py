@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Literal
 
@@ -51,7 +52,8 @@ def trace(
         Whether to solve from a cold start as well, to count the iterations that warm starts save.
     checkpoint : path, optional
         A NetCDF file that keeps what is done after every value, so that an interrupted path is resumed from it by the
-        same call. It must belong to the same model, parameter and backend.
+        same call. It must belong to the same model, parameter and backend. Answers to other values are added to it,
+        and none is taken out. One path at a time may use it.
 
     Returns
     -------
@@ -60,7 +62,7 @@ def trace(
     Raises
     ------
     TypeError, ValueError
-        If an argument has the wrong kind or range, or the checkpoint belongs to another path.
+        If an argument has the wrong kind or range, or the checkpoint belongs to another path, or is in use.
     NotCertifiedError
         If an answer is not certified and ``on_failure="raise"``.
 
@@ -78,34 +80,40 @@ def trace(
     method, _ = chosen_backend(backend, model.problem, {})
     session = Solver(model, method, tol=tol, **options)
     one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
-    file = None
-    if checkpoint is not None:
-        from .checkpoint import Checkpoint
+    with ExitStack() as held:
+        file = None
+        if checkpoint is not None:
+            from .checkpoint import Checkpoint
 
-        file = Checkpoint(Path(checkpoint), model, parameter, session.backend.name)
-    restored = [] if file is None else file.restored(values, tol)
-    solutions: list[Solution] = []
-    cold_iterations: list[int] = []
-    with Progress(f"{parameter}s · {model.size} nodes") as progress:
-        for k, value in enumerate(values):
+            file = held.enter_context(Checkpoint(Path(checkpoint), model, parameter, session.backend.name, tol).held())
+        solutions: list[Solution] = []
+        cold_iterations: list[int] = []
+        progress = held.enter_context(Progress(f"{parameter}s · {model.size} nodes"))
+        for k, value in enumerate(map(float, values)):
             progress.update(f"{parameter} {value:g}, {k + 1} of {values.size}")
-            varied = VARIED[parameter](model, float(value))
-            kept, counted = restored[k] if k < len(restored) else (None, -1)
+            varied = VARIED[parameter](model, value)
+            kept, counted = (None, -1) if file is None else file.restored(value)
             previous = solutions[-1] if solutions else None
             if kept is not None and kept.status.ok:
                 solution = kept
             else:
                 solution = session.solve_varied(varied, _start(previous, kept, session.last))
                 solution.report(on_failure)
+            new = solution is not kept
             if cold and counted < 0:
                 started = previous is not None and previous.finite
                 alone = solve(varied, session.backend, tol=tol, on_failure="ignore", **options) if started else solution
-                counted = alone.iterations
+                counted, new = alone.iterations, True
             solutions.append(solution)
             cold_iterations.append(counted)
-            if file is not None and (solution is not kept or counted >= 0):
-                file.keep(values[: k + 1], solutions, cold_iterations)
+            if file is not None and new and not _worse(solution, kept):
+                file.keep(value, solution, counted)
     return LoadPath(model, parameter, values, tuple(solutions), tuple(cold_iterations) if cold else None)
+
+
+def _worse(solution: Solution, kept: Solution | None) -> bool:
+    """Whether an answer is known less well than the one that was kept for its value."""
+    return kept is not None and solution is not kept and not solution.relative_bound <= kept.relative_bound
 
 
 def _start(previous: Solution | None, kept: Solution | None, last: Vector | None) -> Vector | bool:

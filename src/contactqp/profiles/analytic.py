@@ -258,8 +258,10 @@ def _distance(x: ArrayLike, y: ArrayLike, center: tuple[float, float]) -> _Array
 
 
 def _circular_arc(depth: float, radius: float, distance: _Array) -> _Array:
-    inside = np.maximum(radius**2 - np.asarray(distance) ** 2, 0.0)
-    return np.asarray(np.where(distance <= radius, depth + radius - np.sqrt(inside), np.inf))
+    # radius - sqrt(radius² - distance²), in a form whose terms neither cancel nor overflow.
+    inside = np.minimum(distance / radius, 1.0)
+    fall = radius * (inside / (1.0 + np.sqrt((1.0 - inside) * (1.0 + inside))) * inside)
+    return np.asarray(np.where(distance <= radius, depth + fall, np.inf))
 
 
 def _check_center(center: tuple[float, float]) -> None:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import csv
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..foundation.checks import Vector, nearest, one_of, read_only, real_array, refuse_non_finite, vector
+from ..foundation.checks import Vector, one_of, read_only, real_array, refuse_non_finite, vector
+from .sample_files import read_samples
 
 Interpolation = Literal["linear", "pchip"]
 Outside = Literal["error", "hold", "none"]
+Decimal = Literal[".", ","]
+Duplicates = Literal["error", "mean", "first", "last", "shallowest", "deepest"]
 
 _REACH = 1e-9
 """Points outside the samples by less than this part of their extent are taken for rounding."""
@@ -87,6 +90,8 @@ class Sampled:
         depth: str | int = "depth",
         *,
         delimiter: str = ",",
+        decimal: Decimal = ".",
+        duplicates: Duplicates = "error",
         interpolation: Interpolation = "linear",
         outside: Outside = "error",
     ) -> Sampled:
@@ -103,6 +108,10 @@ class Sampled:
             The columns, by name or by position, which counts from 0.
         delimiter : str
             What separates the columns.
+        decimal : {".", ","}
+            What begins the decimals of a number; with a comma, choose another delimiter, as ``";"``.
+        duplicates : {"error", "mean", "first", "last", "shallowest", "deepest"}
+            Of several samples at one x, in lines that follow each other: refuse, or keep one.
         interpolation, outside : str
             See the class.
 
@@ -121,30 +130,26 @@ class Sampled:
         >>> _ = file.write_text("x,depth\n0,80\n100,82\n")
         >>> Sampled.from_csv(file)
         Sampled(2 samples, x from 0 to 100, linear)
+        >>> _ = file.write_text("km;z\n0;80,5\n0;80,7\n1;82\n")
+        >>> Sampled.from_csv(file, "km", "z", delimiter=";", decimal=",", duplicates="mean").depth
+        array([80.6, 82. ])
         """
-        if x == depth:
-            raise ValueError(f"x and depth must be different columns, got {x!r} for both")
-        rows = _rows(Path(path), delimiter)
-        first = rows[0][1]
-        places = [_place(first, column, path) for column in (x, depth)]
-        named = isinstance(x, str) or isinstance(depth, str)
-        if named or not any(place < len(first) and _is_number(first[place]) for place in places):
-            del rows[0]
-        samples = np.empty((len(rows), 2))
-        for k, (line, cells) in enumerate(rows):
-            where = f"{path}, line {line}"
-            samples[k] = [_cell(cells, place, name, where) for place, name in zip(places, ("x", "depth"), strict=True)]
+        found = read_samples(Path(path), x, depth, delimiter=delimiter, decimal=decimal)
+        one_of(duplicates, _KEPT, "duplicates")
+        abscissae = found.values[:, 0]
+        k = _first_disorder(abscissae, strictly=duplicates == "error")
+        if k:
+            where, here, before = f"{path}, line {found.line_of(k)}", abscissae[k], abscissae[k - 1]
+            remedy = _SORT
+            if here == before:
+                remedy = f"two samples at one place: keep one by duplicates = {', '.join(map(repr, _KEPT[1:]))}"
+            raise ValueError(f"{where}: {found.names[0]} must increase, but {here:g} follows {before:g}; {remedy}")
+        places, depths = _one_for_each(abscissae, found.values[:, 1], duplicates)
         try:
-            _refuse_too_few(len(rows))
+            _refuse_too_few(places.size)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
-        k = _first_disorder(samples[:, 0])
-        if k:
-            raise ValueError(
-                f"{path}, line {rows[k][0]}: x must increase, but {samples[k, 0]:g} follows {samples[k - 1, 0]:g}; "
-                f"{_SORT}"
-            )
-        return cls(samples[:, 0], samples[:, 1], interpolation=interpolation, outside=outside)
+        return cls(places, depths, interpolation=interpolation, outside=outside)
 
     def __call__(self, x: ArrayLike, y: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Return the ordinates f at the points (x, y)."""
@@ -179,51 +184,27 @@ def _refuse_too_few(count: int) -> None:
         raise ValueError(f"a profile needs two samples or more, got {count}")
 
 
-def _first_disorder(x: Vector) -> int:
-    """Return the first place whose abscissa is no larger than the one before it, 0 if there is none."""
-    bad = np.flatnonzero(np.diff(x) <= 0)
+def _first_disorder(x: Vector, *, strictly: bool = True) -> int:
+    """Return the first place whose abscissa is no larger than the one before it (or is smaller), 0 if there is none."""
+    steps = np.diff(x)
+    bad = np.flatnonzero(steps <= 0 if strictly else steps < 0)
     return int(bad[0]) + 1 if bad.size else 0
 
 
-def _rows(path: Path, delimiter: str) -> list[tuple[int, list[str]]]:
-    """Return the rows that hold something, each with the number of its line."""
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        reader = csv.reader(file, delimiter=delimiter, skipinitialspace=True)
-        try:
-            rows = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise ValueError(f"{path}: not a table in UTF-8: {error}") from None
-    rows = [(line, cells) for line, cells in rows if any(cells) and not cells[0].startswith("#")]
-    if not rows:
-        raise ValueError(f"{path}: it has no rows")
-    return rows
+_KEPT = ("error", "mean", "first", "last", "shallowest", "deepest")
 
 
-def _place(header: list[str], column: str | int, path: str | Path) -> int:
-    if not isinstance(column, str):
-        return column
-    if column not in header:
-        raise ValueError(f"{path}: no column {column!r}; it has {', '.join(header)}{nearest(column, header)}")
-    if header.count(column) > 1:
-        raise ValueError(f"{path}: {header.count(column)} columns are called {column!r}; choose one by position")
-    return header.index(column)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _cell(cells: list[str], place: int, name: str, where: str) -> float:
-    if not 0 <= place < len(cells):
-        columns = f"{len(cells)} column{'' if len(cells) == 1 else 's'}"
-        raise ValueError(f"{where}: no column {place}, it has {columns}, counted from 0")
-    if not _is_number(cells[place]):
-        raise ValueError(f"{where}: {name} is {cells[place]!r}, which is no number")
-    value = float(cells[place])
-    if not np.isfinite(value):
-        raise ValueError(f"{where}: {name} must be finite, got {value}")
-    return value
+def _one_for_each(x: Vector, depth: Vector, kept: str) -> tuple[Vector, Vector]:
+    """Return one sample for each abscissa of a sequence that does not decrease."""
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(x) > 0])[: x.size])
+    if starts.size == x.size:
+        return x, depth
+    ends = np.append(starts[1:], x.size)
+    chosen: dict[str, Callable[[], Vector]] = {
+        "mean": lambda: np.add.reduceat(depth, starts) / (ends - starts),
+        "first": lambda: depth[starts],
+        "last": lambda: depth[ends - 1],
+        "shallowest": lambda: np.minimum.reduceat(depth, starts),
+        "deepest": lambda: np.maximum.reduceat(depth, starts),
+    }
+    return x[starts], chosen[kept]()

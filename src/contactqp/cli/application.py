@@ -1,0 +1,105 @@
+"""What all commands share: the application, its exit codes, options that several have, and what is bad input."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .._version import __version__
+from ..foundation.files import require_writable
+
+EXIT_OK, EXIT_NOT_CERTIFIED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
+
+app = typer.Typer(
+    name="contactqp",
+    help=(
+        "Membranes and cables over rigid obstacles, solved by any backend by name.\n\n"
+        "A case file (TOML) describes frame, spacing, tension, load and support; 'contactqp new' writes one. "
+        "Every answer is judged by the package itself and comes with a certified bound of its error.\n\n"
+        "Exit codes: 0 ok; 1 not certified, or no agreement; 2 bad input; 130 interrupted by Ctrl-C."
+    ),
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_show_locals=False,
+)
+
+PICTURES = (".png", ".pdf", ".svg", ".eps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
+"""Suffixes of pictures that matplotlib writes in every version that is allowed."""
+
+Case = Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)]
+Tol = Annotated[
+    str,
+    typer.Option(
+        help="Wanted bound of the gap's error, relative to the gap scale: a number in (0, 1), low (1e-3), mid (1e-6), "
+        "high (1e-9), or default: each library as its authors ship it, judged by 1e-6.",
+        metavar="NUMBER|LEVEL",
+    ),
+]
+TimeLimit = Annotated[float | None, typer.Option(help="Seconds for each backend.", show_default=False)]
+Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .svg).", show_default=False)]
+
+
+class Quantity(StrEnum):
+    """What the numbers of an answer are."""
+
+    GAP = "gap"
+    DEFLECTION = "deflection"
+
+
+class bad_input:  # noqa: N801
+    """Turn an error of the input into one line on standard error and exit code 2, and Ctrl-C into its exit code."""
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, KeyboardInterrupt):
+            raise typer.Exit(EXIT_INTERRUPTED) from None
+        if isinstance(error, BrokenPipeError):  # who read our output has enough of it
+            return
+        if isinstance(error, MemoryError):
+            error = MemoryError(f"not enough memory: {error}")
+        if isinstance(error, (ValueError, TypeError, ImportError, OSError, ArithmeticError, MemoryError)):
+            typer.echo(f"contactqp: {' '.join(str(error).split())}", err=True)
+            raise typer.Exit(EXIT_BAD_INPUT) from None
+
+
+def tolerance(text: str) -> float | str:
+    """Return the number that was typed; what is none is taken for a level's name."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def check_output(option: str, file: Path | None, known: tuple[str, ...]) -> None:
+    """Refuse an output file that cannot be written or whose suffix is unknown, before any work.
+
+    Raises
+    ------
+    ValueError
+        It names the option.
+    """
+    if file is not None:
+        try:
+            require_writable(file, known, "file")
+        except ValueError as error:
+            raise ValueError(f"{option}: {error}") from None
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"contactqp {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    pass

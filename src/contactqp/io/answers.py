@@ -1,0 +1,98 @@
+"""Answers that other programs wrote, read as gaps at a model's nodes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from ..errors import CaseFileError
+from ..foundation.checks import Vector, nearest
+from ..foundation.text import shortened
+from ..models.base import ContactModel
+from .data_files import Reading, read_numbers
+from .netcdf import read_netcdf
+
+Quantity = Literal["gap", "deflection"]
+
+SUFFIXES = (".npy", ".csv", ".nc")
+
+
+def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap") -> Vector:
+    """Return the gap at the nodes that a file holds, as a gap or as a deflection.
+
+    Parameters
+    ----------
+    path : Path
+        .npy or .csv: a vector in node order, or an array of the lattice's shape, whose entries that are no nodes may
+        be anything; its first row has the smallest y. .nc: a variable named after the quantity, along node, or y and x.
+    model : Membrane, Cable or CableNet
+    quantity : {"gap", "deflection"}
+        What the file holds (length); deflections are positive downwards.
+
+    Returns
+    -------
+    array, shape (n,)
+
+    Raises
+    ------
+    CaseFileError
+        If the file cannot be read, or holds something else; the message names it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import contactqp as cq
+    >>> cable = cq.Cable(nodes=3, spacing=1.0, tension=1.0, load=1.0, support=1.0)
+    >>> file = Path(tempfile.mkdtemp()) / "answer.csv"
+    >>> _ = file.write_text("0.9,1.0,0.9")
+    >>> read_answer(file, cable, "deflection").round(9)
+    array([0.1, 0. , 0.1])
+    """
+    if not path.is_file():
+        raise CaseFileError(f"there is no file {shortened(path, 200)}")
+    if path.suffix.lower() not in SUFFIXES:
+        raise CaseFileError(f"{path}: unknown kind {path.suffix!r}; known: {' '.join(SUFFIXES)}")
+    try:
+        if path.suffix.lower() == ".nc":
+            return _of_dataset(path, model, quantity)
+        grid = read_numbers(path, Reading())
+        one_dimensional = 1 in grid.shape and grid.size == model.size
+        values = model.at_nodes(grid.ravel() if one_dimensional else grid, quantity, allow_inf=True)
+        return _finite(_gap_of(values, model, quantity), model)
+    except CaseFileError as error:
+        raise CaseFileError(f"{path}: {error}") from None
+    except (OSError, TypeError, ValueError) as error:
+        raise CaseFileError(f"{path}: {shortened(error, 300)}") from None
+
+
+def _of_dataset(path: Path, model: ContactModel, quantity: Quantity) -> Vector:
+    data = read_netcdf(path)
+    if quantity not in data:
+        found = shortened(", ".join(map(str, data.data_vars)), 200) or "none"
+        raise CaseFileError(f"it has no variable {quantity}, but {found}{nearest(quantity, map(str, data.data_vars))}")
+
+    def values(name: Quantity) -> Vector:
+        found = data[name]
+        return model.at_nodes(found if "x" in found.dims else found.to_numpy(), name, allow_inf=True)
+
+    gap = _gap_of(values(quantity), model, quantity)
+    if np.isinf(gap).any() and "deflection" in data:
+        # Where there is no support, a gap is written as infinite: there the deflection tells where the node is.
+        gap = np.where(np.isinf(gap), _gap_of(values("deflection"), model, "deflection"), gap)
+    return _finite(gap, model)
+
+
+def _gap_of(values: Vector, model: ContactModel, quantity: Quantity) -> Vector:
+    return values if quantity == "gap" else np.asarray(model.reference - values)
+
+
+def _finite(gap: Vector, model: ContactModel) -> Vector:
+    bad = np.flatnonzero(~np.isfinite(gap))
+    if bad.size:
+        raise CaseFileError(
+            f"the gap must be finite, but is {gap[bad[0]]} at {model.describe(int(bad[0]))}; "
+            "where there is no support, hand over deflections"
+        )
+    return gap

@@ -1,0 +1,57 @@
+"""NetCDF files, read and written by one thread at a time."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..foundation.files import replaced_as_a_whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_ONE_AT_A_TIME = threading.RLock()
+"""The library beneath ends the process where two threads are in it, also with files of their own."""
+
+
+def write_netcdf(data: xr.Dataset, path: Path) -> None:
+    """Write a dataset, and replace a file of that name as a whole.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+    path : Path
+        Its folder must exist.
+    """
+    with _ONE_AT_A_TIME, replaced_as_a_whole(path) as unfinished:
+        data.to_netcdf(unfinished, engine="netcdf4")
+
+
+def read_netcdf(path: Path) -> xr.Dataset:
+    """Return what a file holds, in memory, and close it.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, or is no NetCDF file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import xarray as xr
+    >>> file = Path(tempfile.mkdtemp()) / "gap.nc"
+    >>> write_netcdf(xr.Dataset({"gap": ("node", [0.0, 0.5])}), file)
+    >>> read_netcdf(file)["gap"].to_numpy()
+    array([0. , 0.5])
+    """
+    import xarray as xr
+
+    with _ONE_AT_A_TIME:
+        try:
+            with xr.open_dataset(path, engine="netcdf4") as file:
+                return file.load()
+        except OSError:
+            raise
+        except Exception as error:  # whatever a decoder says of a damaged file
+            raise OSError(f"it is no NetCDF file, or a damaged one: {error}") from None

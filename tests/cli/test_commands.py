@@ -1,0 +1,323 @@
+"""The command line: what each command prints, writes and ends with."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+import xarray as xr
+from strategies import BACKENDS
+from typer.testing import CliRunner
+
+import contactqp as cq
+from contactqp.cli.application import PICTURES
+from contactqp.cli.commands import app
+from contactqp.io.case_sections import schema
+from contactqp.io.cases import load_case
+from contactqp.io.templates import template, template_names
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+HEXAGON, CABLE, DOME = (EXAMPLES / f"{name}.toml" for name in ("hexagon", "cable", "dome"))
+
+
+def run(*arguments, columns=None):
+    environment = {} if columns is None else {"COLUMNS": str(columns)}
+    return CliRunner().invoke(app, [str(argument) for argument in arguments], env=environment)
+
+
+# Files that are written.
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "name", "known"),
+    [
+        ("solve", "--out", "x.vtk", ".nc"),
+        ("solve", "--out", "-", ".nc"),
+        ("solve", "--out", "x", ".nc"),
+        ("solve", "--out", "x.NC.txt", ".nc"),
+        ("solve", "--plot", "x.gif", ".png .pdf .svg"),
+        ("solve", "--plot", "-", ".png .pdf .svg"),
+        ("compare", "--plot", "x.vtk", ".png .pdf .svg"),
+        ("compare", "--json", "x.yaml", ".json"),
+        ("compare", "--json", "-", ".json"),
+        ("compare", "--report", "x.pdf", ".html .htm"),
+        ("certify", "--out", "x.csv", ".json .nc"),
+    ],
+)
+def test_unknown_suffixes_are_refused_before_anything_is_solved(tmp_path, monkeypatch, command, option, name, known):
+    monkeypatch.chdir(tmp_path)
+    answer = ["answer.npy"] if command == "certify" else []
+    result = run(command, tmp_path / "no-case-is-read.toml", *answer, option, name)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"contactqp: {option}: cannot write the file {name}: ")
+    assert f"; known: {known}" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_places_that_cannot_be_written_to(tmp_path):
+    (tmp_path / "folder.nc").mkdir()
+    result = run("solve", CABLE, "--out", tmp_path / "folder.nc")
+    assert (result.exit_code, "there is a folder of that name" in result.stderr) == (2, True)
+    result = run("solve", CABLE, "--out", tmp_path / "no" / "x.nc")
+    assert (result.exit_code, "there is no folder" in result.stderr) == (2, True)
+
+
+def test_a_report_is_a_page(tmp_path):
+    comparison = cq.compare(cq.Cable(nodes=3, spacing=1.0, tension=1.0, load=1.0, support=1.0), ["psor"])
+    with pytest.raises(ValueError, match=r"cannot write the report .*page\.pdf: unknown suffix '\.pdf'; known: \.html"):
+        comparison.report(tmp_path / "page.pdf")
+
+
+@pytest.mark.parametrize("suffix", PICTURES)
+def test_every_known_picture_can_be_written(tmp_path, suffix):
+    assert run("solve", CABLE, "--plot", tmp_path / f"x{suffix.upper()}").exit_code == 0
+    assert (tmp_path / f"x{suffix.upper()}").stat().st_size > 1000
+
+
+# Exit codes.
+
+
+def test_exit_codes_are_told():
+    text = " ".join(run("--help", columns=200).output.split())
+    assert "Exit codes: 0 ok; 1 not certified, or no agreement; 2 bad input; 130 interrupted by Ctrl-C." in text
+    readme = " ".join((EXAMPLES.parent / "README.md").read_text(encoding="utf-8").split())
+    assert "0 ok, 1 not certified or no agreement, 2 bad input, 130 interrupted by Ctrl-C" in readme
+
+
+@pytest.mark.parametrize("command", ["solve", "compare"])
+def test_ctrl_c_is_130(monkeypatch, command):
+    def interrupted(path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("contactqp.io.cases.load_case", interrupted)
+    assert run(command, CABLE).exit_code == 130
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are others there")
+def test_ctrl_c_while_it_solves_is_130(tmp_path):
+    case = tmp_path / "large.toml"
+    case.write_text(template("membrane").replace("spacing = 0.05", "spacing = 0.004"))
+    command = [sys.executable, "-c", "from contactqp.cli.commands import main; main()", "solve", str(case)]
+    with subprocess.Popen([*command, "--backend", "osqp", "--tol", "1e-12"], stderr=subprocess.PIPE) as process:
+        time.sleep(4)
+        process.send_signal(signal.SIGINT)
+        _, complained = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert b"Traceback" not in complained
+
+
+def test_a_reader_that_has_enough_is_no_bad_input():
+    """As `contactqp schema | head -1`: the pipe is closed before all is written."""
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-c", "from contactqp.cli.commands import main; main()", "schema"]
+    result = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, check=False)
+    os.close(write)
+    assert result.returncode == 1
+    assert b"contactqp:" not in result.stderr
+
+
+# Certify.
+
+
+@pytest.fixture(scope="module")
+def hexagon():
+    model = load_case(HEXAGON)
+    return model, cq.solve(model, tol=1e-9)
+
+
+def written(path, array):
+    if path.suffix == ".npy":
+        np.save(path, array)
+    else:
+        np.savetxt(path, np.atleast_2d(array), delimiter=",")
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".npy", ".csv"])
+@pytest.mark.parametrize("layout", ["vector", "column", "grid"])
+@pytest.mark.parametrize("quantity", ["gap", "deflection"])
+def test_anybodys_answer_is_certified(tmp_path, hexagon, suffix, layout, quantity):
+    model, solution = hexagon
+    values = getattr(solution, quantity)
+    laid = {"vector": values, "column": values[:, None], "grid": model.lattice.scatter(values)}[layout]
+    result = run("certify", HEXAGON, written(tmp_path / f"a{suffix}", laid), "--quantity", quantity, "--tol", "1e-6")
+    assert result.exit_code == 0, result.output
+    output = " ".join(result.output.split())
+    assert f"a{suffix}: certified" in output
+    assert "303 of 1857 nodes certainly in contact, 1554 clear, 0 undecided" in output
+    bound = float(re.search(r"gap error <= (\S+) of", output)[1])
+    assert bound <= 1e-8
+    assert "caution largest slope 0.23: the theory assumes small slopes" in output
+
+
+def test_a_wrong_answer_is_enclosed_and_not_certified(tmp_path, hexagon):
+    model, solution = hexagon
+    answer = written(tmp_path / "a.npy", solution.gap + 0.01)
+    result = run("certify", HEXAGON, answer, "--out", tmp_path / "a.json")
+    assert result.exit_code == 1
+    assert "a.npy: inaccurate" in " ".join(result.output.split())
+    record = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
+    certificate = cq.certify(model, solution.gap + 0.01)
+    assert record["status"] == "inaccurate"
+    assert 0.01 * (1 - 1e-6) <= record["gap_bound"] <= 0.0102
+    assert record["gap_bound"] == certificate.gap_bound
+    assert record["relative_bound"] == pytest.approx(certificate.gap_bound / record["gap_scale"])
+    assert record["contact"]["certain"] == certificate.contact.sum()
+    assert record["total_reaction"][0] <= solution.reaction.sum() <= record["total_reaction"][1]
+    assert run("certify", HEXAGON, answer, "--tol", "0.5").exit_code == 0
+
+
+def test_the_enclosure_as_netcdf_and_from_netcdf(tmp_path, hexagon):
+    model, solution = hexagon
+    assert run("solve", HEXAGON, "--out", tmp_path / "own.nc").exit_code == 0
+    result = run("certify", HEXAGON, tmp_path / "own.nc", "--out", tmp_path / "e.nc")
+    assert result.exit_code == 0, result.output
+    with xr.open_dataset(tmp_path / "e.nc", engine="netcdf4") as data:
+        assert data.attrs["status"] == "certified"
+        assert (data["gap_lower"] <= data["gap_upper"]).where(data["gap"].notnull(), True).all()
+        lower, upper = (model.lattice.gather(data[name].to_numpy()) for name in ("gap_lower", "gap_upper"))
+    assert (lower <= solution.gap + 1e-8).all()
+    assert (solution.gap - 1e-8 <= upper).all()
+
+
+@pytest.mark.parametrize("case", [DOME, CABLE])
+def test_fields_of_every_model_come_back(tmp_path, case):
+    """Beside the dome there is no support: there the file's gap is infinite, and its deflection tells."""
+    assert run("solve", case, "--out", tmp_path / "own.nc").exit_code == 0
+    for quantity in ("gap", "deflection"):
+        result = run("certify", case, tmp_path / "own.nc", "--quantity", quantity)
+        assert result.exit_code == 0, result.output
+
+
+@pytest.mark.parametrize(
+    ("name", "make", "message"),
+    [
+        ("a.npy", lambda path: np.save(path, np.zeros(7)), "gap must be a number, an array of the lattice's shape"),
+        ("b.npy", lambda path: np.save(path, np.full(99, np.nan)), "gap must be finite"),
+        ("c.npy", lambda path: np.save(path, np.full(99, np.inf)), "where there is no support, hand over deflections"),
+        ("d.csv", lambda path: path.write_text("a,b\n"), "d.csv: cannot read it"),
+        ("e.txt", lambda path: path.write_text("1\n"), "unknown kind '.txt'; known: .npy .csv .nc"),
+        ("f.npy", lambda path: None, "there is no file"),
+        ("g.nc", lambda path: path.write_bytes(b"nothing"), "g.nc: "),
+        ("h.nc", lambda path: xr.Dataset({"gapp": ("x", np.zeros(99))}).to_netcdf(path, engine="netcdf4"),
+         "it has no variable gap, but gapp; did you mean 'gapp'?"),
+    ],
+)  # fmt: skip
+def test_answers_that_are_none(tmp_path, name, make, message):
+    make(tmp_path / name)
+    result = run("certify", CABLE, tmp_path / name)
+    assert result.exit_code == 2
+    assert message in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+# New case files, schema, version, completion.
+
+
+@pytest.mark.parametrize("name", template_names())
+def test_every_new_case_file_solves_as_it_is(tmp_path, name):
+    result = run("new", name)
+    assert result.exit_code == 0
+    assert result.output == template(name)
+    assert result.output.count("#") >= 5
+    (tmp_path / "case.toml").write_text(result.output, encoding="utf-8")
+    solved = run("solve", tmp_path / "case.toml")
+    assert solved.exit_code == 0, solved.output
+    contact = int(re.search(r"nodes +(\d+) in contact", solved.output)[1])
+    assert contact > 0
+
+
+def test_a_new_case_file_without_a_name_and_of_an_unknown_one():
+    assert run("new").output == template("membrane")
+    result = run("new", "hexagn")
+    assert result.exit_code == 2
+    assert "kind must be one of 'cable', 'dome', 'hexagon', 'membrane', got 'hexagn'; did you mean 'hexagon'?" in (
+        result.stderr
+    )
+    for name in template_names():
+        assert name in run("new", "--help").output
+
+
+def test_the_schema_takes_what_the_program_takes():
+    printed = json.loads(run("schema").output)
+    assert printed == schema()
+    jsonschema.Draft202012Validator.check_schema(printed)
+    validator = jsonschema.Draft202012Validator(printed)
+    texts = [file.read_text(encoding="utf-8") for file in EXAMPLES.glob("*.toml")]
+    texts += [template(name) for name in template_names()]
+    assert len(texts) >= 9
+    for text in texts:
+        data = tomllib.loads(text)
+        validator.validate(data)
+        assert not validator.is_valid(data | {"sapcing": 1.0})
+        assert not validator.is_valid(data | {"tension": -1.0})
+        assert not validator.is_valid(data | {"support": {"profile": "conne"}})
+    assert "Distance of neighbouring nodes" in json.dumps(printed)
+
+
+def test_the_version():
+    result = run("--version")
+    assert (result.exit_code, result.output) == (0, f"contactqp {cq.__version__}\n")
+
+
+def test_completion_is_offered():
+    text = run("--help", columns=120).output
+    assert "--install-completion" in text
+    assert "--show-completion" in text
+
+
+# Tables.
+
+
+@pytest.mark.parametrize("columns", [80, 100, 160])
+def test_the_comparison_is_readable_however_wide_the_terminal(columns):
+    result = run("compare", CABLE, columns=columns)
+    assert result.exit_code == 0, result.output
+    lines = result.output.splitlines()
+    assert max(map(len, lines)) <= columns
+    assert "…" not in result.output
+    heading = next(line for line in lines if line.startswith("backend"))
+    for name in ("status", "seconds", "bound/scale", "contact"):
+        assert name in heading
+    assert ("min gap" in heading) == (columns == 160)
+    assert ("--wide shows all" in result.output) == (columns < 160)
+    for backend in BACKENDS:
+        row = next(line for line in lines if line.startswith(f"{backend} "))
+        assert "certified" in row
+        assert re.search(r"\b41\b", row)
+
+
+def test_wide_shows_all_columns_in_a_narrow_terminal():
+    result = run("compare", CABLE, "--backends", "psor,osqp", "--wide", columns=60)
+    heading = next(line for line in result.output.splitlines() if line.startswith("backend"))
+    for name in ("status", "iterations", "true error", "min gap", "min R", "gap·R", "contact", "undecided"):
+        assert name in heading
+    assert "…" not in result.output
+
+
+@pytest.mark.parametrize("columns", [80, 160])
+def test_the_list_of_backends_is_readable(columns):
+    output = run("backends", columns=columns).output
+    assert max(map(len, output.splitlines())) <= columns
+    assert "…" not in output
+    assert "single linear program (HiGHS through scipy.optimize.linprog)" in output
+    assert "Z-matrix, no upper bound" in output
+    assert output.count("mangasarian") == (1 if columns == 160 else 2)
+
+
+@pytest.mark.slow
+def test_the_papers_table_is_readable(tmp_path):
+    output = run("paper", "--out", tmp_path / "p", columns=80).output
+    table = output[: output.index("README.txt")]
+    assert max(map(len, table.splitlines()[:-1])) <= 80
+    assert "…" not in table.replace("1.05, …, 1.95", "")
