@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, StrictBool
 
 from ..geometry.frame import Frame
 from ..profiles.analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane
@@ -82,28 +82,48 @@ class Polygon(_Section):
 
 
 class MaskFile(_Section):
-    """``shape = "mask"``: nodes from a file, everything above ``threshold``; the case's origin is the first entry's."""
+    """``shape = "mask"``: nodes from a file, everything above ``threshold``.
+
+    ``rows``, ``no_data`` and ``transform`` as for `DataFile`. The case's origin is the point of the smallest x and y;
+    of a file with a geo-transform it is where that puts it.
+    """
 
     shape: Literal["mask"]
     file: str
     threshold: Finite = 0.5
+    rows: Literal["up", "down"] | None = None
+    no_data: Ordinate | None = None
+    transform: StrictBool = True
 
 
 FrameSection: TypeAlias = Annotated[Rectangle | Hexagon | Disk | Polygon | MaskFile, Field(discriminator="shape")]
 
 
 class DataFile(_Section):
-    """Values from a .npy, .csv, .npz or image file: ``offset + factor * value``.
+    """Values from a .npy, .npz, .csv, .tif or picture file: ``offset + factor * value``.
 
-    An image's grey levels run from 0 (black) to 1 (white), and its first row is the one with the largest y. Where the
-    file's shape is not the lattice's, ``resample = true`` interpolates it over the lattice's extent.
+    Heights are positive downwards, unless the case says ``upwards = true``. A .tif file's values are taken as they are
+    stored; a picture (.png, .jpg, .bmp, of 8 bits) holds grey levels from 0 (black) to 1 (white).
+
+    ``rows = "up"``: the first row is that of the smallest y, which is so for .npy, .npz and .csv if nothing is said;
+    ``rows = "down"``: of the largest, which is so for pictures and .tif. A .tif file's geo-transform tells where each
+    value lies, so that the file may be larger than the lattice; ``transform = false`` leaves it aside. Where the values
+    do not lie on the nodes, ``resample = true`` interpolates them bilinearly; without a geo-transform they are laid
+    over the lattice's extent.
+
+    ``no_data`` is a value that stands for none, as those that are nan and the one that a .tif file names; a node
+    without a value is an error, or, with ``missing = "none"``, has no support.
     """
 
     file: str
     key: str | None = None
     factor: Finite = 1.0
     offset: Finite = 0.0
-    resample: bool = False
+    resample: StrictBool = False
+    rows: Literal["up", "down"] | None = None
+    no_data: Ordinate | None = None
+    missing: Literal["error", "none"] = "error"
+    transform: StrictBool = True
 
 
 class PlaneSection(_Section):
@@ -162,7 +182,10 @@ class HillAndFloorSection(_Section):
 
 
 class SampledSection(_Section):
-    """``profile = "sampled"``: two columns of a CSV file, see `profiles.Sampled.from_csv`."""
+    """``profile = "sampled"``: two columns of a CSV file, see `profiles.Sampled.from_csv`.
+
+    Heights are positive downwards, unless the case says ``upwards = true``.
+    """
 
     profile: Literal["sampled"]
     file: str
@@ -196,13 +219,19 @@ PROFILES: dict[str, Any] = {
 
 
 class MembraneCase(_Section):
-    """``model = "membrane"``, which is the default."""
+    """``model = "membrane"``, which is the default.
+
+    Heights (support, frame height, and the deflection that comes out) are positive downwards, or with
+    ``upwards = true`` elevations, positive upwards; a load is positive downwards and a profile's ``depth`` a depth in
+    either case.
+    """
 
     model: Literal["membrane"] = "membrane"
     title: str = ""
     frame: FrameSection
     spacing: Positive
-    origin: Point = (0.0, 0.0)
+    origin: Point | None = None
+    upwards: StrictBool = False
     tension: Positive
     load: Finite | DataFile
     support: Ordinate | DataFile | ProfileSection
@@ -210,12 +239,13 @@ class MembraneCase(_Section):
 
 
 class CableCase(_Section):
-    """``model = "cable"``."""
+    """``model = "cable"``; heights as for a membrane."""
 
     model: Literal["cable"]
     title: str = ""
     span: Positive
     start: Finite = 0.0
+    upwards: StrictBool = False
     spacing: Positive
     tension: Positive
     load: Finite | DataFile

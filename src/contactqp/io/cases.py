@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from ..errors import CaseFileError
@@ -14,7 +15,9 @@ from ..geometry.lattice import Lattice
 from ..models.cable import Cable
 from ..models.membrane import Membrane
 from .case_sections import PROFILES, CableCase, DataFile, MaskFile, MembraneCase, SampledSection
-from .data_files import existing_file, read_array, resampled
+from .data_files import existing_file, read_raster
+from .on_nodes import on_lattice, upright, without_missing
+from .rasters import Raster
 
 
 def load_case(path: str | Path) -> Membrane | Cable:
@@ -66,17 +69,36 @@ def load_case(path: str | Path) -> Membrane | Cable:
 
 def _membrane(case: MembraneCase, path: Path) -> Membrane:
     if isinstance(case.frame, MaskFile):
-        grid = read_array(path, "frame.file", case.frame.file, None)
-        lattice = Lattice(grid > case.frame.threshold, case.spacing, case.origin)
+        lattice = _masked(case, case.frame, path)
     else:
         lattice = case.frame.build().lattice(case.spacing, case.origin)
     return Membrane(
         lattice,
         tension=case.tension,
         load=_field(case.load, "load", lattice, path),
-        support=_field(case.support, "support", lattice, path),
-        frame_height=_field(case.frame_height, "frame_height", lattice, path),
+        support=_field(case.support, "support", lattice, path, upwards=case.upwards),
+        frame_height=_field(case.frame_height, "frame_height", lattice, path, upwards=case.upwards),
+        upwards=case.upwards,
     )
+
+
+def _masked(case: MembraneCase, frame: MaskFile, path: Path) -> Lattice:
+    """Return the lattice of a mask file; where a geo-transform places it, spacing and origin must be the file's."""
+    raster = _upright(frame, None, "frame.file", path)
+    mask, origin = raster.values > frame.threshold, case.origin
+    if raster.places is not None:
+        x, y = raster.places
+        steps = [np.ptp(along) / (along.size - 1) for along in (x, y) if along.size > 1]
+        placed = float(x[0]), float(y[0])
+        fits = np.allclose(steps, case.spacing, rtol=1e-6, atol=0)
+        if not fits or (origin is not None and np.abs(np.subtract(origin, placed)).max() > 1e-6 * case.spacing):
+            told = " and ".join(f"{step:g}" for step in steps)
+            raise CaseFileError(
+                f"{path}: frame.file = {frame.file!r}: its geo-transform has steps of {told} from {placed}, the case "
+                f"spacing = {case.spacing:g}, origin = {origin}; bring them together, or set transform = false"
+            )
+        origin = placed
+    return Lattice(mask, case.spacing, (0.0, 0.0) if origin is None else origin)
 
 
 def _cable(case: CableCase, path: Path) -> Cable:
@@ -86,9 +108,10 @@ def _cable(case: CableCase, path: Path) -> Cable:
         spacing=case.spacing,
         tension=case.tension,
         load=_field(case.load, "load", lattice, path),
-        support=_field(case.support, "support", lattice, path),
-        frame_height=_field(case.frame_height, "frame_height", lattice, path),
+        support=_field(case.support, "support", lattice, path, upwards=case.upwards),
+        frame_height=_field(case.frame_height, "frame_height", lattice, path, upwards=case.upwards),
         start=case.start,
+        upwards=case.upwards,
     )
 
 
@@ -99,23 +122,33 @@ _KINDS: dict[str, tuple[type[BaseModel], Callable[[Any, Path], Membrane | Cable]
 """The section that describes a kind of model, and what makes the model of it, by the name in the file."""
 
 
-def _field(value: Any, key: str, lattice: Lattice, path: Path) -> Any:
+def _upright(section: DataFile | MaskFile, entry: str | None, key: str, path: Path) -> Raster:
+    raster = read_raster(path, key, section.file, entry)
+    try:
+        return upright(raster, section.rows, section.no_data, transform=section.transform)
+    except CaseFileError as error:
+        raise CaseFileError(f"{path}: {key} = {section.file!r}: {error}") from None
+
+
+def _field(value: Any, key: str, lattice: Lattice, path: Path, *, upwards: bool = False) -> Any:
     if isinstance(value, float):
         return value
     if isinstance(value, DataFile):
-        grid = read_array(path, f"{key}.file", value.file, value.key)
-        if lattice.shape[0] == 1:
-            grid = grid.reshape(1, -1)
-        if grid.shape != lattice.shape:
-            if not value.resample:
-                raise CaseFileError(
-                    f"{path}: {key}.file = {value.file!r} has shape {grid.shape}, the lattice {lattice.shape}; "
-                    "bring it to that shape or set resample = true"
-                )
-            grid = resampled(grid, lattice)
-        return value.offset + value.factor * grid
+        raster = _upright(value, value.key, f"{key}.file", path)
+        absent = None
+        if value.missing == "none":
+            if key != "support":
+                raise CaseFileError(f'{path}: {key}.missing = "none" goes with a support only; fill the values')
+            # Where a value is missing, factor and offset have no say.
+            absent = -np.inf if upwards else np.inf
+        try:
+            grid = on_lattice(raster, lattice, resample=value.resample)
+            return without_missing(value.offset + value.factor * grid, lattice, absent, lattice.describe)
+        except CaseFileError as error:
+            raise CaseFileError(f"{path}: {key}.file = {value.file!r}: {error}") from None
     parameters = value.model_dump(exclude={"profile"})
     if isinstance(value, SampledSection):
+        parameters["upwards"] = upwards
         parameters["path"] = existing_file(path, f"{key}.file", parameters.pop("file"))
     try:
         return PROFILES[value.profile](**parameters)

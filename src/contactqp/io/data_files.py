@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import CaseFileError
-from ..geometry.lattice import Lattice
+from .rasters import Raster, read_picture, read_tiff
 
 
 def existing_file(case_path: Path, key: str, name: str) -> Path:
@@ -21,7 +21,7 @@ def existing_file(case_path: Path, key: str, name: str) -> Path:
     return file
 
 
-def read_array(case_path: Path, key: str, name: str, entry: str | None) -> NDArray[np.float64]:
+def read_raster(case_path: Path, key: str, name: str, entry: str | None) -> Raster:
     """Return the two-dimensional array of numbers in a data file that a case names relative to its own folder."""
     file = existing_file(case_path, key, name)
     where = f"{case_path}: {key} = {name!r}"
@@ -30,17 +30,18 @@ def read_array(case_path: Path, key: str, name: str, entry: str | None) -> NDArr
     if reader is None:
         raise CaseFileError(f"{where}: unknown kind {suffix!r}; known: {' '.join(READERS)}")
     try:
-        values = reader(file, entry)
+        found = reader(file, entry)
     except CaseFileError as error:
         raise CaseFileError(f"{where}: {error}") from None
     except (ValueError, OSError) as error:
         raise CaseFileError(f"{where}: cannot read it: {error}") from None
-    array = np.atleast_2d(np.asarray(values))
+    raster = found if isinstance(found, Raster) else Raster(np.asarray(found))
+    array = np.atleast_2d(raster.values)
     if array.ndim != 2 or array.dtype.kind not in "biuf":
         raise CaseFileError(
             f"{where}: expected a two-dimensional array of numbers, got {array.dtype} of shape {array.shape}"
         )
-    return array.astype(np.float64)
+    return raster._replace(values=array)
 
 
 def _array(file: Path, entry: str | None) -> NDArray[Any]:
@@ -61,38 +62,26 @@ def _table(file: Path, entry: str | None) -> NDArray[Any]:
     return np.loadtxt(file, delimiter=",", ndmin=2)
 
 
-def _grey_levels(file: Path, entry: str | None) -> NDArray[Any]:
-    from matplotlib import image
-
-    pixels = np.asarray(image.imread(file))
-    if pixels.dtype.kind in "ui":
-        pixels = pixels / np.iinfo(pixels.dtype).max
-    if pixels.ndim == 3:
-        pixels = pixels[..., :3].mean(axis=2) if pixels.shape[2] >= 3 else pixels[..., 0]
-    return np.asarray(pixels[::-1], dtype=np.float64)
+def _picture(file: Path, entry: str | None) -> Raster:
+    return read_picture(file)
 
 
-READERS: dict[str, Callable[[Path, str | None], NDArray[Any]]] = {
+def _tiff(file: Path, entry: str | None) -> Raster:
+    return read_tiff(file)
+
+
+READERS: dict[str, Callable[[Path, str | None], NDArray[Any] | Raster]] = {
     ".npy": _array,
     ".npz": _array_of_archive,
     ".csv": _table,
-    ".png": _grey_levels,
-    ".jpg": _grey_levels,
-    ".tif": _grey_levels,
-    ".bmp": _grey_levels,
+    ".png": _picture,
+    ".jpg": _picture,
+    ".tif": _tiff,
+    ".bmp": _picture,
 }
-"""What reads a file's array, by its suffix; where a file holds several, it takes the name of one."""
+"""What reads a file's array, by its suffix: a plain one, whose rows go up, or a `Raster`.
+
+Where a file holds several, it takes the name of one.
+"""
 
 _OTHER_SUFFIXES = {".jpeg": ".jpg", ".tiff": ".tif"}
-
-
-def resampled(grid: NDArray[np.float64], lattice: Lattice) -> NDArray[np.float64]:
-    """Interpolate bilinearly: the file's corners fall on the corners of the lattice's array."""
-    from scipy.interpolate import RegularGridInterpolator
-
-    axes = [np.linspace(0, 1, n) if n > 1 else np.array([0.0, 1.0]) for n in grid.shape]
-    padded = np.repeat(grid, 2, axis=0) if grid.shape[0] == 1 else grid
-    padded = np.repeat(padded, 2, axis=1) if grid.shape[1] == 1 else padded
-    targets = [np.linspace(0, 1, n) if n > 1 else np.array([0.5]) for n in lattice.shape]
-    points = np.stack(np.meshgrid(*targets, indexing="ij"), axis=-1)
-    return np.asarray(RegularGridInterpolator(axes, padded)(points))
