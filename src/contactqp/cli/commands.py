@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from ..models.cable import Cable
+    from ..models.membrane import Membrane
 
 app = typer.Typer(
     name="contactqp",
@@ -53,12 +58,11 @@ def compare(
     Exit code 0: all certified and in agreement; 1: not; 2: bad input.
     """
     from ..comparison.compare import compare as compare_backends
-    from ..io.cases import load_case
     from .tables import print_comparison
 
     with _bad_input():
         _check_folders(plot, json, report)
-        model = load_case(case)
+        model = _model_of(case)
         names = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
         comparison = compare_backends(model, names, tol=_tolerance(tol), time_limit=time_limit, repeats=repeats)
         print_comparison(comparison, title=case.name)
@@ -85,12 +89,11 @@ def solve(
 
     Exit code 0: certified; 1: not; 2: bad input.
     """
-    from ..io.cases import load_case
     from ..solving.solve import solve as solve_problem
 
     with _bad_input():
         _check_folders(out, plot)
-        model = load_case(case)
+        model = _model_of(case)
         solution = solve_problem(model, backend, tol=_tolerance(tol), time_limit=time_limit, on_failure="ignore")
         typer.echo(repr(solution))
         if out is not None:
@@ -147,6 +150,19 @@ class _bad_input:  # noqa: N801
         if isinstance(error, (ValueError, TypeError, ImportError, OSError)):
             typer.echo(f"contactqp: {error}", err=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
+
+
+def _model_of(case: Path) -> Membrane | Cable:
+    """Return the model of a case file; what is strange about it is a line on standard error."""
+    from ..errors import ContactWarning
+    from ..io.cases import load_case
+
+    with warnings.catch_warnings(record=True) as strange:
+        warnings.simplefilter("always", ContactWarning)
+        model = load_case(case)
+    for warning in strange:
+        typer.echo(f"contactqp: warning: {case}: {warning.message}", err=True)
+    return model
 
 
 def _tolerance(text: str) -> float | str:

@@ -54,6 +54,7 @@ def as_json(compared: Compared, indent: int | None) -> str:
         "culprits": conclusion.culprits,
         "false_claims": conclusion.false_claims,
         "findings": conclusion.findings,
+        "cautions": conclusion.cautions,
         "truth": None if answers.truth is None else {"width": answers.truth.width} | answers.decided,
         "backends": records_of(compared.rows, answers.problem),
         "pairs": [asdict(pair) | {"differing_nodes": pair.differing_nodes.tolist()} for pair in compared.pairs],

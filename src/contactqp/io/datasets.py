@@ -24,6 +24,7 @@ def solution_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
         "relative_bound": solution.relative_bound,
         "iterations": solution.iterations,
         "seconds": solution.seconds,
+        "cautions": "; ".join(solution.cautions),
     }
     return dataset_of(model, fields_of(solution)).assign_attrs(attributes | model.parameters)
 
