@@ -6,7 +6,7 @@ from typing import Any
 
 
 class ContactWarning(UserWarning):
-    """An answer was returned although it was not certified to the requested tolerance."""
+    """An answer was not certified to the requested tolerance, or the data of a model may not be what was meant."""
 
 
 class NotCertifiedError(RuntimeError):

@@ -31,7 +31,8 @@ def test_rectangle_disk_and_hexagon_have_their_areas():
 
 
 def test_a_net_may_be_shifted():
-    lattice = cq.Frame.rectangle(2, 2).lattice(1.0, origin=(0.5, 0.5))
+    with pytest.warns(cq.ContactWarning, match=r"3 x 3 instead of 2 x 2, up to 50% wider; with another origin it fits"):
+        lattice = cq.Frame.rectangle(2, 2).lattice(1.0, origin=(0.5, 0.5))
     assert lattice.size == 4
     np.testing.assert_allclose(np.unique(lattice.node_x), [-0.5, 0.5])
 
@@ -99,3 +100,78 @@ def test_bad_frames_say_what_is_wrong():
         cq.Frame.rectangle(1, 1).lattice(2.0, origin=(0.9, 0.9))
     with pytest.raises(ValueError, match="spacing must be > 0, got 0"):
         cq.Frame.rectangle(1, 1).lattice(0)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "spacing", "center"),
+    [
+        (3, 3, 1.0, (0, 0)),
+        (5, 4, 1.0, (0, 0)),
+        (1, 1, 1 / 3, (0.5, 0.5)),
+        (0.7, 0.3, 0.1, (5.05, -3.3)),
+        (9, 4, 0.5, (1, 7)),
+    ],
+)
+def test_a_rectangle_fits_where_the_spacing_divides_its_sides(width, height, spacing, center):
+    lattice = cq.Frame.rectangle(width, height, center).lattice(spacing)
+    columns, rows = round(width / spacing) - 1, round(height / spacing) - 1
+    assert lattice.size == columns * rows
+    assert lattice.overshoot == 0
+    assert lattice.node_x.min() == pytest.approx(center[0] - width / 2 + spacing)
+    assert lattice.node_x.max() == pytest.approx(center[0] + width / 2 - spacing)
+    assert lattice.node_y.min() == pytest.approx(center[1] - height / 2 + spacing)
+    assert "outside" not in repr(lattice)
+
+
+def test_a_membrane_on_a_rectangle_is_as_wide_as_the_rectangle():
+    """Of a strip of width 3 under p = 1, T = 1 the deflection is x(3 - x)/2 at the nodes: 1 at both inner ones."""
+    strip = cq.Membrane(cq.Frame.rectangle(3, 600).lattice(1.0), 1.0, 1.0, np.inf)
+    deflection = strip.lattice.scatter(cq.solve(strip).deflection)
+    np.testing.assert_allclose(deflection[300, 1:-1], [1.0, 1.0], rtol=1e-6)
+
+
+def test_lattices_that_fitted_before_stay_as_they_were():
+    for frame, spacing in ((cq.Frame.polygon(PAPER_CORNERS), 1.0), (cq.Frame.rectangle(4, 4), 4 / 32)):
+        default, told = frame.lattice(spacing), frame.lattice(spacing, origin=(0.0, 0.0))
+        assert default.origin == told.origin
+        np.testing.assert_array_equal(default.mask, told.mask)
+        assert default.overshoot == 0
+    for frame, spacing in ((cq.Frame.disk(1.0), 0.04), (cq.Frame.hexagon(1.0), 0.01)):
+        assert frame.lattice(spacing).origin == frame.lattice(spacing, origin=(0.0, 0.0)).origin
+
+
+@pytest.mark.parametrize(("spacing", "wider", "fitting"), [(0.3, "20%", "0.25 or 0.333333"), (0.7, "40%", "0.5")])
+def test_a_frame_that_grows_is_loud_and_names_spacings_that_fit(spacing, wider, fitting):
+    with pytest.warns(
+        cq.ContactWarning, match=rf"instead of 1 x 1, up to {wider} wider; fitting spacings: {fitting}$"
+    ) as w:
+        lattice = cq.Frame.rectangle(1, 1).lattice(spacing)
+    assert w[0].filename == __file__
+    assert lattice.caution == str(w[0].message)
+    membrane = cq.Membrane(lattice, 1.0, 0.01, 1.0)
+    assert cq.solve(membrane).cautions == (lattice.caution,)
+    assert f"caution     {lattice.caution}" in repr(cq.solve(membrane))
+
+
+def test_a_disk_tells_how_far_the_frame_lies_outside_of_it():
+    lattice = cq.Frame.disk(1.0).lattice(0.25)
+    padded = np.pad(lattice.mask, 1)
+    beside = np.zeros_like(padded)
+    for axis in (0, 1):
+        for step in (-1, 1):
+            beside |= np.roll(padded, step, axis)
+    x, y = lattice.ring_coordinates(*np.nonzero(beside & ~padded))
+    assert lattice.overshoot == pytest.approx(np.hypot(x, y).max() - 1, abs=1e-3 * 0.25)
+    assert repr(lattice) == "Lattice(45 nodes in 9 x 9, spacing=0.25, up to 0.12 outside its contour)"
+    assert cq.Frame.polygon([(0, 0), (1, 0), (0, 1)]).lattice(0.25).overshoot == 0
+    assert cq.Lattice.from_mask(np.ones((2, 2), bool), 1.0).overshoot == 0
+
+
+def test_hopeless_spacings_are_refused():
+    with pytest.raises(
+        ValueError, match=r"spacing 10 lies inside Frame.rectangle\(4, 2\); choose a spacing well below 2"
+    ):
+        cq.Frame.rectangle(4, 2).lattice(10.0)
+    with pytest.raises(ValueError, match="spacing 1 lies inside"):
+        cq.Frame.rectangle(1, 1).lattice(1.0)
+    assert cq.Frame.rectangle(2, 2).lattice(1.0).size == 1

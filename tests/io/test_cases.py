@@ -18,7 +18,7 @@ spacing = 0.5
 tension = 1.0
 load = 2.0
 support = 0.3
-frame = {shape = "rectangle", width = 2.0, height = 1.5}
+frame = {shape = "rectangle", width = 2.0, height = 2.0}
 """
 
 
@@ -63,7 +63,7 @@ def test_the_other_examples(name, nodes, kind):
     "frame",
     [
         '{shape = "disk", radius = 1.0}',
-        '{shape = "hexagon", side = 1.5}',
+        '{shape = "hexagon", side = 2.88}',
         '{shape = "polygon", corners = [[0, 0], [2, 0], [0, 2]], holes = []}',
     ],
 )
@@ -110,7 +110,7 @@ def test_supports_from_files(case, tmp_path):
 
 def test_a_coarser_file_is_resampled_on_request_only(case, tmp_path):
     np.save(tmp_path / "f.npy", np.array([[0.0, 1.0], [2.0, 3.0]]))
-    with pytest.raises(cq.CaseFileError, match=r"has shape \(2, 2\), the lattice .*resample = true"):
+    with pytest.raises(cq.CaseFileError, match=r"support.file = .*has shape \(2, 2\), the lattice .*resample = true"):
         load_case(case(support='{file = "f.npy"}'))
     model = load_case(case(support='{file = "f.npy", resample = true}'))
     grid = model.lattice.scatter(model.support)

@@ -72,6 +72,7 @@ def test_a_net_that_grazes_its_support_from_the_start():
 
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), whole=st.booleans())
+@pytest.mark.filterwarnings("ignore:load nowhere presses downwards")
 def test_contact_between_events_is_that_of_solutions(seed, whole):
     """Loads of both signs, supports above and below the frame, with ties where all data are whole numbers."""
     rng = np.random.default_rng(seed)

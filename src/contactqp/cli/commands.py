@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -24,6 +25,10 @@ from .application import (
 from .application import (
     app as app,
 )
+
+if TYPE_CHECKING:
+    from ..models.cable import Cable
+    from ..models.membrane import Membrane
 
 
 @app.command()
@@ -49,10 +54,9 @@ def compare(
         check_output("--json", json, (".json",))
         check_output("--report", report, (".html", ".htm"))
         from ..comparison.compare import compare as compare_backends
-        from ..io.cases import load_case
         from .tables import print_comparison
 
-        model = load_case(case)
+        model = _model_of(case)
         names = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
         comparison = compare_backends(model, names, tol=tolerance(tol), time_limit=time_limit, repeats=repeats)
         print_comparison(comparison, title=case.name, wide=wide)
@@ -82,11 +86,10 @@ def solve(
     with bad_input():
         check_output("--out", out, (".nc",))
         check_output("--plot", plot, PICTURES)
-        from ..io.cases import load_case
         from ..io.netcdf import write_netcdf
         from ..solving.solve import solve as solve_problem
 
-        model = load_case(case)
+        model = _model_of(case)
         solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
         typer.echo(repr(solution))
         if out is not None:
@@ -195,6 +198,19 @@ def backends() -> None:
 
     with bad_input():
         print_backends()
+
+
+def _model_of(case: Path) -> Membrane | Cable:
+    """Return the model of a case file; what is strange about it is a line on standard error."""
+    from ..errors import ContactWarning
+    from ..io.cases import load_case
+
+    with warnings.catch_warnings(record=True) as strange:
+        warnings.simplefilter("always", ContactWarning)
+        model = load_case(case)
+    for warning in strange:
+        typer.echo(f"contactqp: warning: {case}: {warning.message}", err=True)
+    return model
 
 
 def main() -> None:

@@ -134,6 +134,11 @@ class Comparison:
         return self.conclusion.agree
 
     @property
+    def cautions(self) -> tuple[str, ...]:
+        """Why even a certified answer may not be what was meant, one sentence each; see `Solution.cautions`."""
+        return self.conclusion.cautions
+
+    @property
     def culprits(self) -> Mapping[str, str]:
         """Why there is no agreement: backend to reason, empty if all agree; see `Conclusion`."""
         return self.conclusion.culprits

@@ -30,6 +30,8 @@ class Conclusion:
         no false claim if the certificates of other backends prove the answer to be within tol.
     findings : tuple of str
         What went wrong on the way, though it may not show in the answers: one sentence each.
+    cautions : tuple of str
+        Why even a certified answer may not be what was meant, by the best answer: see `Solution.cautions`.
     left_out : mapping of str to str
         By backend, why nobody asked it.
     sentence : str
@@ -40,13 +42,15 @@ class Conclusion:
     culprits: Mapping[str, str]
     false_claims: Mapping[str, str]
     findings: tuple[str, ...]
+    cautions: tuple[str, ...]
     sentence: str
     left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def remarks(self) -> list[str]:
-        """Findings and false claims as lines, to be read below a table."""
+        """Cautions, findings and false claims as lines, to be read below a table."""
         return [
+            *(f"Caution: {caution}." for caution in self.cautions),
             *(f"Left out: {name} {why}." for name, why in self.left_out.items()),
             *(f"Finding: {finding}." for finding in self.findings),
             *(f"False claim: {name} {sentence}." for name, sentence in self.false_claims.items()),
@@ -82,6 +86,7 @@ def conclusion_of(
         culprits=culprits,
         false_claims=false_claims,
         findings=_findings(answers, rows, pairs),
+        cautions=_cautions(answers),
         sentence=_agreement(rows, pairs) if agree else _disagreement(culprits, false_claims),
         left_out=left_out or {},
     )
@@ -147,6 +152,13 @@ def _findings(answers: Answers, rows: Sequence[Row], pairs: Sequence[Pair]) -> t
                 f"node{'' if nodes == 1 else 's'}, so the truth is not enclosed"
             )
     return tuple(found)
+
+
+def _cautions(answers: Answers) -> tuple[str, ...]:
+    """Return what speaks against the best answer, and without one what speaks against the model."""
+    if answers.best is not None:
+        return answers.best.cautions
+    return () if answers.model is None else answers.model.cautions
 
 
 def _proven_by_others(row: Row, tol: float) -> bool:

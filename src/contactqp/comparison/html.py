@@ -107,6 +107,7 @@ def _heading(compared: Compared, headline: str) -> str:
     return (
         f"<h1>{escape(headline)}</h1>\n<p>{escape(asked)}; run on {_date(compared)}.</p>\n"
         f'<p class="{state}">{escape(compared.conclusion.sentence)}</p>\n'
+        + "".join(f'<p class="verdict">Caution: {escape(caution)}.</p>\n' for caution in compared.conclusion.cautions)
     )
 
 

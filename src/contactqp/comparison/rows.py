@@ -61,6 +61,8 @@ class Row:
         The fastest of the runs after it, in a `Solver` that keeps the backend's set-up; None if there were none.
     claimed : bool or None
         Whether the backend itself said that it had solved the problem.
+    max_slope : float or None
+        Largest slope of the deflection along an arm; the theory assumes small ones. None for a bare matrix.
     findings : tuple of str
         What the judge caught the backend at on the way.
     """
@@ -94,6 +96,7 @@ class Row:
     cold_seconds: float | None = None
     warm_seconds: float | None = None
     claimed: bool | None = None
+    max_slope: float | None = None
     findings: tuple[str, ...] = ()
 
     @property
@@ -141,6 +144,7 @@ def _optimality(solution: Solution) -> dict[str, Any]:
         "relative_bound": solution.relative_bound,
         "relative_residual": solution.relative_residual,
         "contact": int(np.count_nonzero(solution.contact)),
+        "max_slope": None if solution.model is None else solution.max_slope,
         "contact_upper": None if solution.problem.one_sided else int(np.count_nonzero(solution.contact_upper)),
     }
 

@@ -52,6 +52,7 @@ def as_json(compared: Compared, indent: int | None) -> str:
         "culprits": conclusion.culprits,
         "false_claims": conclusion.false_claims,
         "findings": conclusion.findings,
+        "cautions": conclusion.cautions,
         "left_out": conclusion.left_out,
         "truth": None if answers.truth is None else {"width": answers.truth.width} | answers.decided,
         "backends": records_of(compared.rows, answers.problem),

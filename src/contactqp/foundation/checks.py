@@ -49,6 +49,13 @@ def open_interval(value: object, low: float, high: float, name: str) -> float:
     return number
 
 
+def boolean(value: object, name: str) -> bool:
+    """Return ``value`` as a bool; numbers and words are refused."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be True or False, got {value!r}")
+    return bool(value)
+
+
 def integer_at_least(value: object, low: int, name: str) -> int:
     """Return ``value`` as an int >= ``low``; floats with a whole value are refused as well."""
     if isinstance(value, (bool, np.bool_)):

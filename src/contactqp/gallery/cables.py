@@ -95,7 +95,7 @@ def cable_on_posts(depths: ArrayLike, bay: int) -> tuple[Cable, Vector, Vector]:
     Parameters
     ----------
     depths : array, shape (posts,)
-        Ordinates d of the posts' tops, positive downwards (length).
+        Heights d of the posts' tops, positive downwards (length).
     bay : int
         ℓ, distance of neighbouring posts, and of the outer ones from the ends, in spacings, >= 2.
 

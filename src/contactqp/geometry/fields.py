@@ -3,16 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..foundation.checks import Mask, Vector, finite_number, real_array
+from ..foundation.checks import Mask, Vector, finite_number, one_of, real_array
 from .lattice import Lattice
 
 FieldLike: TypeAlias = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
 """A number, an array on the lattice's shape, a vector in node order, an xarray.DataArray, or a function of (x, y)."""
+
+Rows: TypeAlias = Literal["up", "down"]
+"""Which way y goes from row to row of an array: up, the first row is that of the smallest y; down, of the largest."""
+
+
+def checked_rows(value: object) -> Rows:
+    """Return ``value`` if it tells which way the rows of an array go."""
+    return cast("Rows", one_of(value, ("up", "down"), "rows"))
+
+
+def upwards_rows(grid: NDArray[Any], rows: Rows) -> NDArray[Any]:
+    """Return a two-dimensional array with y ascending from row to row.
+
+    Examples
+    --------
+    >>> upwards_rows(np.array([[1, 2], [3, 4]]), "down")
+    array([[3, 4],
+           [1, 2]])
+    """
+    return grid[::-1] if rows == "down" else grid
 
 
 def values_at(
@@ -24,6 +44,7 @@ def values_at(
     size: int,
     *,
     allow_inf: bool = False,
+    absent: float = np.inf,
 ) -> Vector:
     """Return the values of a field at points, however the field is given.
 
@@ -42,7 +63,9 @@ def values_at(
     size : int
         Number of points.
     allow_inf : bool
-        Whether +inf is a value (a support that is not there).
+        Whether ``absent`` is a value (a support that is not there).
+    absent : float
+        inf where heights are positive downwards, -inf where they are positive upwards.
 
     Returns
     -------
@@ -58,15 +81,17 @@ def values_at(
     """
     values = evaluated(field, *coordinates(), name) if is_function(field) else entries(field)
     vector = np.broadcast_to(values, (size,))
-    good = np.isfinite(vector) | (vector == np.inf) if allow_inf else np.isfinite(vector)
+    good = np.isfinite(vector) | (vector == absent) if allow_inf else np.isfinite(vector)
     if not good.all():
         worst = int(np.argmin(good))
-        wanted = "finite or +inf (no support)" if allow_inf else "finite"
+        wanted = f"finite or {absent:+} (no support)" if allow_inf else "finite"
         raise ValueError(f"{name} must be {wanted}, but is {vector[worst]} at {describe(worst)}")
     return vector
 
 
-def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+def sample(
+    lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False, absent: float = np.inf, rows: Rows = "up"
+) -> Vector:
     """Return the values of a field at the nodes.
 
     Parameters
@@ -78,8 +103,10 @@ def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) 
         gets the nodes' coordinates as two vectors and returns a vector or a number.
     name : str
         The argument's name, for messages.
-    allow_inf : bool
-        Whether +inf is a value (a support that is not there).
+    allow_inf, absent
+        See `values_at`.
+    rows : {"up", "down"}
+        Which way y goes from row to row of an array of the lattice's shape; a DataArray's coordinates tell it.
 
     Returns
     -------
@@ -95,10 +122,10 @@ def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) 
 
     def entries(given: Any) -> NDArray[np.float64]:
         if is_dataarray(given) and given.ndim:
-            return lattice.gather(on_lattice(lattice, given, name))
+            return lattice.gather(on_lattice(lattice, given, name, rows))
         values = real_array(given, name)
         if values.shape == lattice.shape:
-            return lattice.gather(values)
+            return lattice.gather(upwards_rows(values, rows))
         if values.shape not in ((), (lattice.size,)):
             raise ValueError(
                 f"{name} must be a number, an array of the lattice's shape {lattice.shape} or a vector of its "
@@ -109,7 +136,9 @@ def sample(lattice: Lattice, field: Any, name: str, *, allow_inf: bool = False) 
     def coordinates() -> tuple[Vector, Vector]:
         return lattice.node_x, lattice.node_y
 
-    return values_at(field, name, coordinates, entries, lattice.describe, lattice.size, allow_inf=allow_inf)
+    return values_at(
+        field, name, coordinates, entries, lattice.describe, lattice.size, allow_inf=allow_inf, absent=absent
+    )
 
 
 def sample_points(
@@ -120,6 +149,7 @@ def sample_points(
     describe: Callable[[int], str],
     *,
     allow_inf: bool = False,
+    absent: float = np.inf,
 ) -> Vector:
     """Return the values of a field at some of many points that lie anywhere in plan.
 
@@ -131,7 +161,7 @@ def sample_points(
         Numbers of the points whose values are wanted.
     field : number, array or function of (x, y)
         An array has an entry for each of the chosen points in their order, or for each point.
-    name, describe, allow_inf
+    name, describe, allow_inf, absent
         See `values_at`.
 
     Returns
@@ -158,7 +188,7 @@ def sample_points(
         x, y = positions[chosen].T
         return x, y
 
-    return values_at(field, name, coordinates, entries, describe, chosen.size, allow_inf=allow_inf)
+    return values_at(field, name, coordinates, entries, describe, chosen.size, allow_inf=allow_inf, absent=absent)
 
 
 def of_x_and_y(field: Any) -> Any:
@@ -207,8 +237,8 @@ def is_dataarray(value: Any) -> bool:
     return hasattr(value, "dims") and hasattr(value, "coords")
 
 
-def on_lattice(lattice: Lattice, field: Any, name: str) -> NDArray[np.float64]:
-    """Return a DataArray's values on the lattice's shape."""
+def on_lattice(lattice: Lattice, field: Any, name: str, rows: Rows = "up") -> NDArray[np.float64]:
+    """Return a DataArray's values on the lattice's shape; ``rows`` tells what a missing coordinate y does not."""
     wanted = ("y", "x")
     if field.dims == ("x",) and lattice.shape[0] == 1:
         field = field.expand_dims("y")
@@ -229,13 +259,15 @@ def on_lattice(lattice: Lattice, field: Any, name: str) -> NDArray[np.float64]:
                     f"({points.size} values, spacing {lattice.spacing:g})"
                 ) from None
     values = real_array(field.values, name)
+    if "y" not in field.coords:
+        values = upwards_rows(values, rows)
     if values.shape != lattice.shape:
         raise ValueError(f"{name} must have the lattice's shape {lattice.shape}, got {values.shape}")
     return values
 
 
-def frame_heights(lattice: Lattice, needed: Mask, value: Any) -> Vector | None:
-    """Return the frame's ordinates on the lattice's array with a ring about it, or None if they are zero.
+def frame_heights(lattice: Lattice, needed: Mask, value: Any, rows: Rows = "up") -> Vector | None:
+    """Return the frame's heights on the lattice's array with a ring about it, or None if they are zero.
 
     Parameters
     ----------
@@ -243,16 +275,17 @@ def frame_heights(lattice: Lattice, needed: Mask, value: Any) -> Vector | None:
     needed : array of bool, shape (rows + 2, columns + 2)
         The frame points that an arm joins to a node.
     value : number, array, xarray.DataArray or function of (x, y)
-        Ordinates of the frame, positive downwards (length).
+        Heights of the frame (length).
+    rows : {"up", "down"}
+        See `sample`.
     """
     if not is_function(value) and not is_dataarray(value) and np.ndim(value) == 0:
         value = finite_number(value, "frame_height")
         if value == 0:
             return None
-    rows, columns = lattice.shape
-    padded = np.zeros((rows + 2, columns + 2))
+    padded = np.zeros([count + 2 for count in lattice.shape])
     if is_dataarray(value):
-        value = on_lattice(lattice, value, "frame_height")
+        value, rows = on_lattice(lattice, value, "frame_height", rows), "up"
     if callable(value):
         row, column = np.nonzero(needed)
         padded[needed] = evaluated(value, *lattice.ring_coordinates(row, column), "frame_height")
@@ -264,6 +297,7 @@ def frame_heights(lattice: Lattice, needed: Mask, value: Any) -> Vector | None:
             raise ValueError(
                 f"frame_height must be a number, a function or have shape {lattice.shape}, got {grid.shape}"
             )
+        grid = upwards_rows(grid, rows)
         inner = needed[1:-1, 1:-1]
         if inner.sum() != needed.sum():
             raise ValueError(

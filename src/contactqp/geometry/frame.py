@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..foundation.checks import Mask, finite_number, positive_number
 from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
 from .lattice import Lattice, refuse_indistinct, spacing_of_nodes
+from .on_contour import FrameFit, nearest_fitting
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -35,7 +36,7 @@ class Frame:
     >>> import contactqp as cq
     >>> plate_with_hole = cq.Frame.rectangle(4, 4) - cq.Frame.disk(1)
     >>> plate_with_hole.lattice(spacing=0.5)
-    Lattice(36 nodes in 9 x 9, spacing=0.5)
+    Lattice(36 nodes in 9 x 9, spacing=0.5, up to 0.29 outside its contour)
     """
 
     def __init__(self, geometry: BaseGeometry, inside: _Inside, name: str) -> None:
@@ -167,33 +168,79 @@ class Frame:
         """Enclosed area (length squared)."""
         return float(self.geometry.area)
 
-    def lattice(self, spacing: float, origin: Point = (0.0, 0.0)) -> Lattice:
+    def lattice(self, spacing: float, origin: Point | None = None) -> Lattice:
         """Lay a square lattice over the frame and keep the points strictly inside it.
 
-        A point on the contour, to 1e-9 of the frame's extent, belongs to the frame.
+        A point on the contour, to 1e-9 of the frame's extent, belongs to the frame. Beside the nodes the lattice's next
+        points stand for the frame, so where the contour does not lie on the lattice the frame is a little too wide: by
+        `Lattice.overshoot`, which its repr tells. A disk never fits; a rectangle does if the spacing divides its sides.
 
         Parameters
         ----------
         spacing : float
             Distance of neighbouring points (length), > 0.
-        origin : (float, float)
-            A point of the lattice, inside the frame or not (length).
+        origin : (float, float), optional
+            A point of the lattice, inside the frame or not (length). By default (0, 0), or where that does not fit and
+            the left lower corner of the frame's box does, that corner.
 
         Returns
         -------
         Lattice
             Its array just covers the frame.
 
+        Warns
+        -----
+        ContactWarning
+            If the frame grows by more than a twentieth in a direction: deflections grow by twice as much.
+
         Raises
         ------
         ValueError
-            If no point of the lattice lies inside, or it would have more points than are taken (see
-            `contactqp.foundation.limits`): the message tells count and memory.
+            If no point of the lattice lies inside, the frame would be twice as wide as it is, or there would be more
+            points than are taken (see `contactqp.foundation.limits`): the message tells count and memory.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> cq.Frame.rectangle(3, 2).lattice(1.0).node_x
+        array([-0.5,  0.5])
+        >>> cq.Frame.disk(1.0).lattice(0.25)
+        Lattice(45 nodes in 9 x 9, spacing=0.25, up to 0.12 outside its contour)
         """
         spacing = spacing_of_nodes(spacing)
-        origin_x, origin_y = _point(origin, "origin")
+        if origin is not None:
+            laid = self._laid(spacing, _point(origin, "origin"))
+        else:
+            laid = self._laid(spacing, (0.0, 0.0))
+            corner = self._corner_that_fits(spacing)
+            if corner != (0.0, 0.0) and (laid is None or laid.growth > 0):
+                moved = self._laid(spacing, corner)
+                laid = moved if moved is not None and (laid is None or moved.growth < laid.growth) else laid
         left, bottom, right, top = self.geometry.bounds
-        coordinates = np.abs([left, bottom, right, top, origin_x, origin_y])
+        if laid is None or laid.growth >= 1:
+            inside = "no lattice point" if laid is None else "next to no lattice point"
+            raise ValueError(
+                f"{inside} of spacing {spacing:g} lies inside {self!r}; "
+                f"choose a spacing well below {min(right - left, top - bottom):g}"
+            )
+        return laid.lattice(nearest_fitting(right - left, top - bottom, spacing))
+
+    def _corner_that_fits(self, spacing: float) -> Point:
+        """Return an origin by which the frame's box lies on the lattice, in each direction where there is one."""
+        left, bottom, right, top = self.geometry.bounds
+        wide, high = (
+            _whole(left / spacing) or _whole(right / spacing),
+            _whole(bottom / spacing) or _whole(top / spacing),
+        )
+        return (
+            left if _whole((right - left) / spacing) and not wide else 0.0,
+            bottom if _whole((top - bottom) / spacing) and not high else 0.0,
+        )
+
+    def _laid(self, spacing: float, origin: Point) -> FrameFit | None:
+        """Return the points inside the frame of the lattice through a point; None if there are none."""
+        left, bottom, right, top = self.geometry.bounds
+        coordinates = np.abs([left, bottom, right, top, *origin])
         margin = max(_RELATIVE_TOLERANCE * max(right - left, top - bottom), 8 * float(np.spacing(coordinates.max())))
         refuse_too_many(
             ((right - left) / spacing + 1) * ((top - bottom) / spacing + 1),
@@ -201,19 +248,16 @@ class Frame:
             BYTES_TO_SOLVE,
             "choose a larger spacing",
         )
-        for axis, low, high, start in (("x", left, right, origin_x), ("y", bottom, top, origin_y)):
+        for axis, low, high, start in (("x", left, right, origin[0]), ("y", bottom, top, origin[1])):
             refuse_indistinct(min(low, start), max(high, start), spacing, axis)
-        columns = _covering(left, right, origin_x, spacing)
-        rows = _covering(bottom, top, origin_y, spacing)
-        x, y = origin_x + spacing * columns, origin_y + spacing * rows
+        columns = _covering(left, right, origin[0], spacing)
+        rows = _covering(bottom, top, origin[1], spacing)
+        x, y = origin[0] + spacing * columns, origin[1] + spacing * rows
         grid_x, grid_y = np.broadcast_arrays(x, y[:, None])
         mask = np.asarray(self._inside(grid_x, grid_y, margin))
         if not mask.any():
-            raise ValueError(
-                f"no lattice point of spacing {spacing:g} lies inside {self!r}; "
-                f"choose a spacing well below {min(right - left, top - bottom):g}"
-            )
-        return Lattice(mask, spacing, (float(x[0]), float(y[0])))
+            return None
+        return FrameFit(mask, spacing, (float(x[0]), float(y[0])), self.geometry.bounds, self._inside, margin)
 
     def __or__(self, other: Frame) -> Frame:
         joined = _closed(self.geometry.union(other.geometry))
@@ -272,6 +316,10 @@ def _point(value: Any, name: str) -> Point:
     if np.shape(value) != (2,):
         raise ValueError(f"{name} must be a pair (x, y), got {value!r}")
     return finite_number(value[0], f"{name}[0]"), finite_number(value[1], f"{name}[1]")
+
+
+def _whole(ratio: float) -> bool:
+    return abs(ratio - round(ratio)) <= 1e-9 * max(1.0, abs(ratio))
 
 
 def _covering(low: float, high: float, origin: float, spacing: float) -> NDArray[np.float64]:

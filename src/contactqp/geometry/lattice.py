@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..foundation.checks import Mask, Vector, finite_number, positive_number, read_only
+from ..foundation.checks import Mask, Vector, finite_number, one_of, positive_number, read_only
 from .numbering import Numbering
 
 
@@ -26,7 +26,10 @@ class Lattice:
     spacing : float
         Distance of neighbouring points (length), > 0.
     origin : (float, float)
-        Coordinates x, y of the point ``mask[0, 0]`` (length).
+        Coordinates x, y of the point with the smallest x and y, ``mask[0, 0]`` if rows go up (length).
+    rows : {"up", "down"}
+        Which way y goes from row to row of ``mask``: ``"up"``, its first row is that of the smallest y; ``"down"``, of
+        the largest, as in a picture. The lattice's own arrays go up in either case.
 
     Raises
     ------
@@ -35,6 +38,14 @@ class Lattice:
     ValueError
         If ``mask`` is not two-dimensional or holds no node, or ``spacing`` is not positive, or so small or so large
         that numbers in double precision cannot tell neighbouring nodes, or the area of one.
+
+    Attributes
+    ----------
+    overshoot : float
+        How far outside the frame's contour, at most, the points lie that stand for the frame (length): 0 where the
+        contour lies on the lattice, or where the lattice was made from a mask.
+    caution : str
+        What is to be said of a lattice that is a good deal wider than its frame; else empty.
 
     Examples
     --------
@@ -50,7 +61,16 @@ class Lattice:
            [3, 4, 5]])
     """
 
-    def __init__(self, mask: ArrayLike, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> None:
+    def __init__(
+        self,
+        mask: ArrayLike,
+        spacing: float,
+        origin: tuple[float, float] = (0.0, 0.0),
+        *,
+        rows: str = "up",
+        overshoot: float = 0.0,
+        caution: str = "",
+    ) -> None:
         points = np.array(mask)
         if points.dtype != np.bool_:
             raise TypeError(
@@ -60,7 +80,9 @@ class Lattice:
             raise ValueError(f"mask must be two-dimensional [row, column], got shape {points.shape}")
         if not points.any():
             raise ValueError(f"mask of shape {points.shape} holds no node: choose a smaller spacing or a larger frame")
-        self.mask: Mask = read_only(points)
+        down = one_of(rows, ("up", "down"), "rows") == "down"
+        self.mask: Mask = read_only(np.ascontiguousarray(points[::-1]) if down else points)
+        self.overshoot, self.caution = overshoot, caution
         self.spacing = spacing_of_nodes(spacing)
         if np.shape(origin) != (2,):
             raise ValueError(f"origin must be a pair (x, y), got {origin!r}")
@@ -69,9 +91,11 @@ class Lattice:
             refuse_indistinct(first, first + self.spacing * (count - 1), self.spacing, axis)
 
     @classmethod
-    def from_mask(cls, mask: ArrayLike, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> Lattice:
+    def from_mask(
+        cls, mask: ArrayLike, spacing: float, origin: tuple[float, float] = (0.0, 0.0), *, rows: str = "up"
+    ) -> Lattice:
         """Make a lattice from a boolean array: True = node, all else is frame (see the class)."""
-        return cls(mask, spacing, origin)
+        return cls(mask, spacing, origin, rows=rows)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -178,9 +202,9 @@ class Lattice:
 
     def __repr__(self) -> str:
         rows, columns = self.shape
-        return (
-            f"Lattice({self.size} node{'s' if self.size != 1 else ''} in {rows} x {columns}, spacing={self.spacing:g})"
-        )
+        nodes = f"{self.size} node{'s' if self.size != 1 else ''}"
+        outside = f", up to {self.overshoot:.2g} outside its contour" if self.overshoot else ""
+        return f"Lattice({nodes} in {rows} x {columns}, spacing={self.spacing:g}{outside})"
 
 
 _LEAST_SPACING, _LARGEST_SPACING = 1e-140, 1e140

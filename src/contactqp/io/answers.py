@@ -57,7 +57,7 @@ def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap") -> 
     try:
         if path.suffix.lower() == ".nc":
             return _of_dataset(path, model, quantity)
-        grid = read_numbers(path, Reading())
+        grid = read_numbers(path, Reading()).values.astype(np.float64)
         one_dimensional = 1 in grid.shape and grid.size == model.size
         values = model.at_nodes(grid.ravel() if one_dimensional else grid, quantity, allow_inf=True)
         return _finite(_gap_of(values, model, quantity), model)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, TypeAdapter
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, StrictBool, Tag, TypeAdapter
 
 from ..geometry.frame import Frame
 from ..profiles.analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane
@@ -110,25 +110,45 @@ class Polygon(Section):
 
 
 class MaskFile(_FileSection):
-    """``shape = "mask"``: nodes from a file, everything above ``threshold``; the case's origin is the first entry's."""
+    """``shape = "mask"``: nodes from a file, everything above ``threshold``.
+
+    ``rows``, ``no_data`` and ``transform`` as for `DataFile`. The case's origin is the point of the smallest x and y;
+    of a file with a geo-transform it is where that puts it.
+    """
 
     shape: Literal["mask"]
     threshold: Finite = 0.5
+    rows: Literal["up", "down"] | None = None
+    no_data: Ordinate | None = None
+    transform: StrictBool = True
 
 
 FrameSection: TypeAlias = Annotated[Rectangle | Hexagon | Disk | Polygon | MaskFile, Field(discriminator="shape")]
 
 
 class DataFile(_FileSection):
-    """Values from a .npy, .csv, .npz or image file: ``offset + factor * value``.
+    """Values from a .npy, .npz, .csv, .tif or picture file: ``offset + factor * value``.
 
-    An image's grey levels run from 0 (black) to 1 (white), and its first row is the one with the largest y. Where the
-    file's shape is not the lattice's, ``resample = true`` interpolates it over the lattice's extent.
+    Heights are positive downwards, unless the case says ``upwards = true``. A .tif file's values are taken as they are
+    stored; a picture (.png, .jpg, .bmp, of 8 bits) holds grey levels from 0 (black) to 1 (white).
+
+    ``rows = "up"``: the first row is that of the smallest y, which is so for .npy, .npz and .csv if nothing is said;
+    ``rows = "down"``: of the largest, which is so for pictures and .tif. A .tif file's geo-transform tells where each
+    value lies, so that the file may be larger than the lattice; ``transform = false`` leaves it aside. Where the values
+    do not lie on the nodes, ``resample = true`` interpolates them bilinearly; without a geo-transform they are laid
+    over the lattice's extent.
+
+    ``no_data`` is a value that stands for none, as those that are nan and the one that a .tif file names; a node
+    without a value is an error, or, with ``missing = "none"``, has no support.
     """
 
     factor: Finite = 1.0
     offset: Finite = 0.0
-    resample: bool = False
+    resample: StrictBool = False
+    rows: Literal["up", "down"] | None = None
+    no_data: Ordinate | None = None
+    missing: Literal["error", "none"] = "error"
+    transform: StrictBool = True
 
 
 class PlaneSection(Section):
@@ -187,7 +207,10 @@ class HillAndFloorSection(Section):
 
 
 class SampledSection(_TableSection):
-    """``profile = "sampled"``: two columns of a CSV file, see `profiles.Sampled.from_csv`."""
+    """``profile = "sampled"``: two columns of a CSV file, see `profiles.Sampled.from_csv`.
+
+    Heights are positive downwards, unless the case says ``upwards = true``.
+    """
 
     profile: Literal["sampled"]
     x: Column = "x"
@@ -256,7 +279,12 @@ FrameHeight: TypeAlias = Annotated[_Number | _Profile, _ByKind]
 
 
 class MembraneCase(Section):
-    """``model = "membrane"``, which is the default."""
+    """``model = "membrane"``, which is the default.
+
+    Heights (support, frame height, and the deflection that comes out) are positive downwards, or with
+    ``upwards = true`` elevations, positive upwards; a load is positive downwards and a profile's ``depth`` a depth in
+    either case.
+    """
 
     model: Literal["membrane"] = "membrane"
     title: str = ""
@@ -264,8 +292,10 @@ class MembraneCase(Section):
     """The contour that the membrane is stretched over."""
     spacing: Positive
     """Distance of neighbouring nodes (length)."""
-    origin: Point = (0.0, 0.0)
-    """A point of the lattice, x and y (length)."""
+    origin: Point | None = None
+    """A point of the lattice, x and y (length); by default one by which the frame fits, or (0, 0)."""
+    upwards: StrictBool = False
+    """Whether heights are elevations, positive upwards."""
     tension: Positive
     """Force per length."""
     load: Load
@@ -277,7 +307,7 @@ class MembraneCase(Section):
 
 
 class CableCase(Section):
-    """``model = "cable"``."""
+    """``model = "cable"``; heights as for a membrane."""
 
     model: Literal["cable"]
     title: str = ""
@@ -285,6 +315,8 @@ class CableCase(Section):
     """Distance of the ends, a whole multiple of the spacing (length)."""
     start: Finite = 0.0
     """Abscissa of the left end (length)."""
+    upwards: StrictBool = False
+    """Whether heights are elevations, positive upwards."""
     spacing: Positive
     """Distance of neighbouring nodes (length)."""
     tension: Positive

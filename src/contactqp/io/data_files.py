@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from ..errors import CaseFileError
 from ..foundation.checks import nearest
 from ..foundation.text import shortened
-from ..geometry.lattice import Lattice
 from ..profiles.sample_files import check_separators
-from .headers import read_npy, refuse_large_picture
+from .headers import read_npy
+from .rasters import Raster, read_picture, read_tiff
 
 
 def existing_file(case_path: Path, key: str, name: str) -> Path:
@@ -49,8 +49,8 @@ class Reading:
     decimal: str = "."
 
 
-def read_array(case_path: Path, key: str, name: str, how: Reading) -> NDArray[np.float64]:
-    """Return the two-dimensional array of numbers in a data file that a case names relative to its own folder."""
+def read_raster(case_path: Path, key: str, name: str, how: Reading) -> Raster:
+    """Return the numbers of a data file that a case names relative to its own folder."""
     file = existing_file(case_path, key, name)
     try:
         return read_numbers(file, how)
@@ -58,8 +58,8 @@ def read_array(case_path: Path, key: str, name: str, how: Reading) -> NDArray[np
         raise CaseFileError(f"{case_path}: {key} = {shortened(name)!r}: {error}") from None
 
 
-def read_numbers(file: Path, how: Reading) -> NDArray[np.float64]:
-    """Return the two-dimensional array of numbers in a data file; one row where the file holds one dimension.
+def read_numbers(file: Path, how: Reading) -> Raster:
+    """Return the numbers of a data file, in two dimensions; one row where the file holds one dimension.
 
     Raises
     ------
@@ -73,17 +73,18 @@ def read_numbers(file: Path, how: Reading) -> NDArray[np.float64]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # decoders warn of a damaged file before they refuse it
-            values = np.asarray(reader(file, how))
+            found = reader(file, how)
     except CaseFileError:
         raise
     except Exception as error:  # what a decoder raises of a damaged file may be anything
         raise CaseFileError(f"cannot read it: {shortened(error, 200) or type(error).__name__}") from None
-    array = np.atleast_2d(values)
+    raster = found if isinstance(found, Raster) else Raster(found)
+    array = np.atleast_2d(raster.values)
     if array.ndim != 2 or array.dtype.kind not in "biuf":
         raise CaseFileError(f"expected a two-dimensional array of numbers, got {array.dtype} of shape {array.shape}")
     if not array.size:
         raise CaseFileError(f"it holds no numbers: its shape is {array.shape}")
-    return array.astype(np.float64)
+    return raster._replace(values=array)
 
 
 def _array(file: Path, how: Reading) -> NDArray[Any]:
@@ -111,39 +112,23 @@ def _table(file: Path, how: Reading) -> NDArray[Any]:
         return np.loadtxt(plain, delimiter=how.delimiter, ndmin=2)
 
 
-def _grey_levels(file: Path, how: Reading) -> NDArray[Any]:
-    refuse_large_picture(file)
-    from matplotlib import image
-
-    pixels = np.asarray(image.imread(file))
-    if pixels.dtype.kind in "ui":
-        pixels = pixels / np.iinfo(pixels.dtype).max
-    if pixels.ndim == 3:
-        pixels = pixels[..., :3].mean(axis=2) if pixels.shape[2] >= 3 else pixels[..., 0]
-    return np.asarray(pixels[::-1], dtype=np.float64)
+def _picture(file: Path, how: Reading) -> Raster:
+    return read_picture(file)
 
 
-READERS: dict[str, Callable[[Path, Reading], NDArray[Any]]] = {
+def _tiff(file: Path, how: Reading) -> Raster:
+    return read_tiff(file)
+
+
+READERS: dict[str, Callable[[Path, Reading], NDArray[Any] | Raster]] = {
     ".npy": _array,
     ".npz": _array_of_archive,
     ".csv": _table,
-    ".png": _grey_levels,
-    ".jpg": _grey_levels,
-    ".tif": _grey_levels,
-    ".bmp": _grey_levels,
+    ".png": _picture,
+    ".jpg": _picture,
+    ".tif": _tiff,
+    ".bmp": _picture,
 }
-"""What reads a file's array, by its suffix."""
+"""What reads a file's numbers, by its suffix: as a plain array, whose rows go up, or as a `Raster`."""
 
 _OTHER_SUFFIXES = {".jpeg": ".jpg", ".tiff": ".tif"}
-
-
-def resampled(grid: NDArray[np.float64], lattice: Lattice) -> NDArray[np.float64]:
-    """Interpolate bilinearly: the file's corners fall on the corners of the lattice's array."""
-    from scipy.interpolate import RegularGridInterpolator
-
-    axes = [np.linspace(0, 1, n) if n > 1 else np.array([0.0, 1.0]) for n in grid.shape]
-    padded = np.repeat(grid, 2, axis=0) if grid.shape[0] == 1 else grid
-    padded = np.repeat(padded, 2, axis=1) if grid.shape[1] == 1 else padded
-    targets = [np.linspace(0, 1, n) if n > 1 else np.array([0.5]) for n in lattice.shape]
-    points = np.stack(np.meshgrid(*targets, indexing="ij"), axis=-1)
-    return np.asarray(RegularGridInterpolator(axes, padded)(points))

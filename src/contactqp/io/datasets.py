@@ -25,6 +25,7 @@ def solution_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
         "relative_residual": solution.relative_residual,
         "iterations": solution.iterations,
         "seconds": solution.seconds,
+        "cautions": "; ".join(solution.cautions),
     }
     return dataset_of(model, fields_of(solution)).assign_attrs(attributes | model.parameters)
 

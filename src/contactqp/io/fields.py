@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..foundation.checks import Mask, Vector
+from ..foundation.checks import Vector
 from ..models.records import states_of
 
 if TYPE_CHECKING:
@@ -59,18 +59,19 @@ def fields_of(solution: Answered) -> dict[str, Field]:
     'nodal reaction of the support, upwards'
     """
     problem, model, certificate = solution.problem, solution.model, solution.certificate
-    # Without a support a model's gap is counted from its frame, as good as from anywhere else.
-    supported = np.ones(problem.size, dtype=np.bool_) if model is None else problem.supported
-    gap = Field(_unlimited(solution.gap, supported), "length", "clearance over the support")
+    gap, *bounds = [solution.gap] if certificate is None else [solution.gap, certificate.lower, certificate.upper]
+    if model is not None:
+        gap, *bounds = (model.clearance(each) for each in (gap, *bounds))
+    clearance = Field(gap, "length", "clearance over the support")
     holding = "the support" if problem.one_sided else "both bounds"
     reaction = Field(solution.reaction, "force", f"nodal reaction of {holding}, upwards")
     if model is None:
-        fields = {"gap": gap, "reaction": reaction}
+        fields = {"gap": clearance, "reaction": reaction}
     else:
         shape, forces = _shape(solution, model), _forces(solution, model)
-        fields = {"gap": gap, **shape, "reaction": reaction, **forces}
+        fields = {"gap": clearance, **shape, "reaction": reaction, **forces}
     if certificate is not None:
-        fields |= _certified(certificate, supported)
+        fields |= _certified(certificate, *bounds)
         states = _ONE_SIDED if problem.one_sided else _TWO_SIDED
         fields["contact_state"] = Field(states_of(certificate).astype(np.float64), "1", states)
     return fields
@@ -78,8 +79,8 @@ def fields_of(solution: Answered) -> dict[str, Field]:
 
 def _shape(solution: Answered, model: ContactModel) -> dict[str, Field]:
     return {
-        "deflection": Field(solution.deflection, "length", "deflection, positive downwards"),
-        "support": Field(model.support, "length", "ordinate of the rigid profile, positive downwards"),
+        "deflection": Field(solution.deflection, "length", f"deflection, {model.sense}"),
+        "support": Field(model.support, "length", f"height of the rigid profile, {model.sense}"),
     }
 
 
@@ -91,15 +92,10 @@ def _forces(solution: Answered, model: ContactModel) -> dict[str, Field]:
     return fields
 
 
-def _certified(certificate: Enclosed, supported: Mask) -> dict[str, Field]:
-    lower, upper = (_unlimited(bound, supported) for bound in (certificate.lower, certificate.upper))
+def _certified(certificate: Enclosed, lower: Vector, upper: Vector) -> dict[str, Field]:
     return {
         "gap_lower": Field(lower, "length", "certified lower bound of the gap"),
         "gap_upper": Field(upper, "length", "certified upper bound of the gap"),
         "reaction_lower": Field(certificate.reaction[0], "force", "certified lower bound of the reaction"),
         "reaction_upper": Field(certificate.reaction[1], "force", "certified upper bound of the reaction"),
     }
-
-
-def _unlimited(gap: Vector, supported: Mask) -> Vector:
-    return np.where(supported, gap, np.inf)

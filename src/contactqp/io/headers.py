@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import CaseFileError
 from ..foundation.limits import BYTES_OF_A_NUMBER, BYTES_OF_A_PIXEL, memory, refuse_too_many
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 _HEADERS: dict[tuple[int, int], Any] = {
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -76,30 +80,39 @@ _MOST_PIXELS_A_BYTE = 8 * 1032
 """Of a PNG file: its compression makes one byte of 1032 at most, and a pixel is a bit or more."""
 
 
-def refuse_large_picture(file: Path) -> None:
-    """Raise an error, if a picture has more pixels than are taken or than its file can hold, or no header.
+def opened_picture(file: Path) -> Image:
+    """Return a picture of which only the header is read; the caller closes it.
 
     Raises
     ------
     CaseFileError
-        If it is no picture of the known kinds, or cut off.
+        If it is cut off: its header claims more pixels than its file can hold.
     ValueError
-        If there are too many pixels.
+        If it has more pixels than are taken.
+    UnidentifiedImageError
+        If it is no picture of the known kinds.
     """
-    from PIL import Image, UnidentifiedImageError
-
-    def refuse(pixels: int) -> None:
-        refuse_too_many(pixels, "pixels", BYTES_OF_A_PIXEL, "scale the picture down")
+    from PIL import Image
 
     try:
-        with Image.open(file, formats=_PICTURES) as picture:
-            pixels, kind = math.prod(picture.size), picture.format
-    except UnidentifiedImageError:
-        raise CaseFileError("it is no picture, or a damaged one") from None
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # its limit is not ours
+            picture = Image.open(file, formats=_PICTURES)
     except Image.DecompressionBombError as error:
         told = re.search(r"(\d+) pixels", str(error))
-        refuse(int(told[1]) if told else 0)
+        _refuse(int(told[1]) if told else 0)
         raise CaseFileError(str(error)) from None
-    refuse(pixels)
-    if kind == "PNG" and pixels > _MOST_PIXELS_A_BYTE * file.stat().st_size:
-        raise CaseFileError(f"it is cut off: its header claims {pixels:,} pixels, it has {memory(file.stat().st_size)}")
+    pixels = math.prod(picture.size)
+    try:
+        _refuse(pixels)
+        if picture.format == "PNG" and pixels > _MOST_PIXELS_A_BYTE * file.stat().st_size:
+            held = memory(file.stat().st_size)
+            raise CaseFileError(f"it is cut off: its header claims {pixels:,} pixels, it has {held}")
+    except (ValueError, CaseFileError):
+        picture.close()
+        raise
+    return picture
+
+
+def _refuse(pixels: int) -> None:
+    refuse_too_many(pixels, "pixels", BYTES_OF_A_PIXEL, "scale the picture down")

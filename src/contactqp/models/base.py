@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -10,10 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..foundation.checks import Mask, Vector, read_only
+from ..errors import ContactWarning
+from ..foundation.checks import Mask, Vector, read_only, repeated, times
+from ..foundation.outside import stacklevel_outside
 from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
 from ..problem.contact_qp import ContactQP
+from ..profiles.analytic import Profile
+from .suspicions import Heights, suspicions_of
 
 
 @dataclass(frozen=True)
@@ -42,6 +48,9 @@ class ForceBalance:
 
 _LEAST_DEPTH = 1e-6
 """The gap scale is at least this part of the unsupported deflection: a shallower support counts as flat."""
+
+_BEYOND = 1000.0
+"""A support that lies so many times as deep as the load can press any node counts as none: its depth costs digits."""
 
 
 class Coordinate(NamedTuple):
@@ -73,16 +82,23 @@ class ContactModel(ABC):
     load : array, shape (n,)
         Active load at the nodes, positive downwards, in the unit that `units` tells.
     support : array, shape (n,)
-        Ordinate of the rigid profile at the nodes, positive downwards (length); +inf where there is none.
+        Height of the rigid profile at the nodes (length), positive downwards, unless ``upwards``; infinite where there
+        is none.
+    upwards : bool
+        Whether heights are positive upwards, those that go in (support, frame) and those that come out (deflection);
+        a load is positive downwards and a lift upwards in either case.
     node_area : array, shape (n,), or None
         Area (cable: length) that each node stands for; None if nodes stand for none.
     """
 
     load: Vector
     support: Vector
+    upwards: bool = False
     node_area: Vector | None = None
     _datum: float = 0.0
-    """Mean height of the frame (length)."""
+    """Mean depth of the frame (length, positive downwards)."""
+    _known_unreachable: Mask | None = None
+    """Supports that the model which this one varies counts as none because they are out of reach."""
     _relative: ContactQP | None = None
     """A problem of other forces that this one can share all else with."""
 
@@ -118,6 +134,22 @@ class ContactModel(ABC):
         TypeError, ValueError
             If the values have the wrong kind or shape or are not finite.
         """
+
+    def support_at_nodes(self, support: Any) -> Vector:
+        """Return the heights of a support at the nodes, given as when the model was made, shape (n,), read-only.
+
+        A `Profile` returns depths; where heights are positive upwards it is turned over.
+
+        Raises
+        ------
+        TypeError, ValueError
+            See `at_nodes`.
+        """
+        return self.at_nodes(self._in_own_sense(support), "support", allow_inf=True)
+
+    def _in_own_sense(self, height: Any) -> Any:
+        """Return a height as it was given, a profile's with the sign that this model's heights have."""
+        return elevations_of(height) if self.upwards else height
 
     @abstractmethod
     def describe(self, node: int) -> str:
@@ -189,6 +221,18 @@ class ContactModel(ABC):
     def _frame_relief(self) -> float:
         """Return how far the frame leaves its mean height at most (length)."""
 
+    def _reach(self) -> float:
+        """Return a proven bound of how far the load alone presses any node below the frame's lowest point (length)."""
+        return np.inf
+
+    def _steps_of_support(self) -> tuple[Vector, Vector] | None:
+        """Return by how much the support rises from the frame to the nodes next to it, and from node to node.
+
+        Length each: the first counts upwards and is -inf where there is no support, the second has no sign and leaves
+        such out; None where the model does not tell.
+        """
+        return None
+
     def _frame_grid(self) -> Grid | None:
         """Return the frame's ordinates from its mean height for a stencil, or None if they are zero."""
         return None
@@ -208,14 +252,71 @@ class ContactModel(ABC):
         return self.support.size
 
     @cached_property
+    def depth(self) -> Vector:
+        """Ordinate of the support at the nodes (length), positive downwards whatever ``upwards`` is, shape (n,)."""
+        return times(self.support, -1.0) if self.upwards else self.support
+
+    @cached_property
     def supported(self) -> Mask:
-        """Where there is a support, shape (n,)."""
-        return read_only(np.isfinite(self.support))
+        """Where there is a support that is not `unreachable`, shape (n,)."""
+        there = np.isfinite(self.depth)
+        return read_only(there & ~self.unreachable if self.unreachable.any() else there)
+
+    @cached_property
+    def unreachable(self) -> Mask:
+        """Where a support is so deep that it provably cannot be touched, and counts as none, shape (n,), read-only.
+
+        That is a thousand times as deep as the load alone can press any node, such as 1e30 in place of infinity. The
+        deflection is the same, and has all its digits; the gap is counted from the frame's mean height there, as
+        without a support (see `clearance`).
+        """
+        known = self._known_unreachable
+        if known is not None and not known.any():
+            return known
+        below = (self.depth[:1] if repeated(self.depth) else self.depth) - self._datum
+        reach = self._reach() + self._frame_relief()
+        if known is not None:
+            return read_only(known & (below > (1 + 1e-6) * reach))
+        scale = reach + max(0.0, -float(below.min()))
+        deep = np.isfinite(below) & (below > _BEYOND * scale) if 0 < scale < np.inf else np.zeros(1, dtype=np.bool_)
+        return np.broadcast_to(deep if deep.any() else np.False_, (self.size,))
+
+    @property
+    def sense(self) -> str:
+        """Which way heights are positive, in words."""
+        return "positive upwards" if self.upwards else "positive downwards"
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What the data probably do not mean, one sentence each."""
+        return tuple(self._suspicions())
+
+    def _suspicions(self) -> Iterator[str]:
+        frame = self._datum - self._frame_relief(), self._datum + self._frame_relief()
+        heights = Heights(self.depth, frame, self.nodal_load, self.upwards, self._steps_of_support, self.describe)
+        return suspicions_of(heights)
+
+    def _warn(self) -> None:
+        """Warn of what is strange about the data, where the code outside this package has made the model."""
+        for suspicion in self._suspicions():
+            warnings.warn(suspicion, ContactWarning, stacklevel=stacklevel_outside())
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was made of the data, one sentence each."""
+        count = int(np.count_nonzero(self.unreachable))
+        if not count:
+            return ()
+        nearest = float(np.abs(self.support[self.unreachable]).min())
+        return (
+            f"the support at {count} node{'' if count == 1 else 's'}, {nearest:g} deep or deeper, is out of reach and "
+            "counts as none",
+        )
 
     @property
     def reference(self) -> Vector:
-        """Ordinates that the gap is measured from: the support, and the frame's mean height where there is none."""
-        return self.support if self.supported.all() else np.where(self.supported, self.support, self._datum)
+        """Depths that the gap is measured from: the support, and the frame's mean depth where there is none."""
+        return self.depth if self.supported.all() else np.where(self.supported, self.depth, self._datum)
 
     @property
     def height_scale(self) -> float:
@@ -260,23 +361,47 @@ class ContactModel(ABC):
         down = mean * v
         down /= v.mean()
         least_down = _LEAST_DEPTH * float(down.mean())
-        depth = self.support - self._datum
+        depth = self.depth - self._datum
         summit = max(0.0, -float(depth.min()))
         down += self._frame_relief()
         reachable = float(np.minimum(np.maximum(depth, 0.0, out=depth), down, out=down).mean())
         return max(reachable + suction + summit, least_down) or None
 
     def deflection(self, gap: Vector) -> Vector:
-        """Return w = f - ω (length, positive downwards); without a support the frame's mean height stands for f."""
+        """Return the nodes' heights under the load (length), positive downwards, unless ``upwards``.
+
+        w = f - ω; without a support the frame's mean height stands for f.
+        """
+        below = self._below(gap)
+        return np.negative(below, out=below) if self.upwards else below
+
+    def _below(self, gap: Vector) -> Vector:
+        """Return w = f - ω (length), positive downwards."""
         return np.asarray(self.reference - gap)
+
+    def clearance(self, gap: Vector) -> Vector:
+        """Return how far the nodes are above the support as it was given (length), infinite where there is none.
+
+        It is the gap, but where a support is `unreachable`.
+        """
+        return np.where(self.supported, gap, gap + (self.depth - self._datum))
+
+    def lowest(self, heights: Vector) -> float:
+        """Return the lowest of some heights: the largest where they are positive downwards."""
+        return float(heights.min() if self.upwards else heights.max())
 
     def force_balance(self, gap: Vector) -> ForceBalance:
         """Return the resultants of load, support and frame for a gap vector."""
         return ForceBalance(
             load=float(self.nodal_load.sum()),
             reaction=float(self.problem.reaction(gap).sum()),
-            frame=float(self._pull(self.deflection(gap)).sum()),
+            frame=float(self._pull(self._below(gap)).sum()),
         )
+
+
+def elevations_of(height: Any) -> Any:
+    """Return a profile's depths as elevations, a function of (x, y), and everything else as it is."""
+    return (lambda x, y: -height(x, y)) if isinstance(height, Profile) else height
 
 
 def split(problem: ContactQP | ContactModel) -> tuple[ContactModel | None, ContactQP]:

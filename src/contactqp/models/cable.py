@@ -39,11 +39,16 @@ class Cable(LatticeModel):
     load : number, array or function of x
         Active load p, positive downwards, force per length. A function of (x, y) gets y = 0.
     support : number, array or function of x
-        Ordinate f of the ground, positive downwards, length; ``inf`` where there is none.
+        Height f of the ground (length). Heights are positive downwards, unless ``upwards``; ``inf`` where there is
+        none. Ground far beyond the load's reach counts as none, see `unreachable`.
     frame_height : number or function of x
-        Ordinates of the ends, positive downwards, length.
+        Heights of the ends, positive as those of the ground, length.
     start : float
         Abscissa of the left end (length).
+    upwards : bool
+        Whether heights are elevations, positive upwards: those of ground and ends as they are given, and the deflection
+        and all pictures and files; ``-inf`` where there is no ground. A load stays positive downwards, and a profile of
+        `contactqp.profiles` a surface of depths.
 
     Raises
     ------
@@ -79,12 +84,15 @@ class Cable(LatticeModel):
         support: Any,
         frame_height: Any = 0.0,
         start: float = 0.0,
+        upwards: bool = False,
     ) -> None:
         lattice = Cable.lattice_of(span, nodes, spacing=spacing, start=start)
         tension = positive_number(tension, "tension")
         self.start = float(start)
         arms = tension / lattice.spacing, 0.0
-        super().__init__(lattice, tension, load, support, of_x_and_y(frame_height), area=lattice.spacing, arms=arms)
+        super().__init__(
+            *(lattice, tension, load, support, frame_height), area=lattice.spacing, arms=arms, upwards=upwards
+        )
 
     @staticmethod
     def lattice_of(
@@ -116,6 +124,9 @@ class Cable(LatticeModel):
     def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
         """See `ContactModel.at_nodes`; a function may also be one of x alone."""
         return super().at_nodes(of_x_and_y(field), name, allow_inf=allow_inf)
+
+    def _in_own_sense(self, height: Any) -> Any:
+        return of_x_and_y(super()._in_own_sense(height))
 
     @property
     def span(self) -> float:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..algebra.stencil import Stencil
-from ..foundation.checks import Mask, Vector, positive_number, read_only, refuse_non_finite
-from ..geometry.fields import FieldLike, frame_heights, sample, sample_points
+from ..foundation.checks import Mask, Vector, boolean, positive_number, read_only, refuse_non_finite
+from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
-from .base import ContactModel, Coordinate
+from .base import ContactModel, Coordinate, elevations_of
 from .cable_net_arguments import (
     Numbers,
     checked_positions,
@@ -53,13 +53,18 @@ class CableNet(ContactModel):
     load : number, array or function of (x, y)
         Active force P on each node, positive downwards (force). An array has an entry for each node, or for each point.
     support : number, array or function of (x, y)
-        Ordinate f of the rigid profile at the nodes, positive downwards (length); ``inf`` where there is none. The
-        segments themselves touch nothing.
+        Height f of the rigid profile at the nodes (length). Heights are positive downwards, unless ``upwards``; ``inf``
+        where there is no support. One far beyond the load's reach counts as none, see `unreachable`. The segments
+        themselves touch nothing.
     fixed : array of int or of bool
         Numbers of the points that are fixed, or a mask of shape (points,).
     fixed_height : number, array or function of (x, y)
-        Ordinates of the fixed points, positive downwards (length). An array has an entry for each fixed point in the
-        order of their numbers, or for each point.
+        Heights of the fixed points, positive as those of the support (length). An array has an entry for each fixed
+        point in the order of their numbers, or for each point.
+    upwards : bool
+        Whether heights are elevations, positive upwards: those of support and fixed points as they are given, and the
+        deflection and all pictures and files; ``-inf`` where there is no support. A load stays positive downwards, and
+        a profile of `contactqp.profiles` a surface of depths.
 
     Raises
     ------
@@ -108,7 +113,9 @@ class CableNet(ContactModel):
         support: FieldLike,
         fixed: ArrayLike,
         fixed_height: FieldLike = 0.0,
+        upwards: bool = False,
     ) -> None:
+        self.upwards = boolean(upwards, "upwards")
         self.positions: Vector = read_only(checked_positions(positions))
         self.segments: Numbers = read_only(checked_segments(segments, len(self.positions)))
         self.length: Vector = read_only(self._lengths())
@@ -129,15 +136,26 @@ class CableNet(ContactModel):
         self._number[self.free] = np.arange(self.free.size)
         self._refuse_floating_parts()
         self.load: Vector = self.at_nodes(load, "load")
-        self.support: Vector = self.at_nodes(support, "support", allow_inf=True)
-        heights = sample_points(self.positions, self.fixed, fixed_height, "fixed_height", self._describe_fixed)
+        self.support: Vector = self.support_at_nodes(support)
+        given = self._in_own_sense(fixed_height)
+        heights = sample_points(self.positions, self.fixed, given, "fixed_height", self._describe_fixed)
         self.fixed_height: Vector = read_only(np.array(heights))
-        self._frame = self.fixed_height[np.isin(self.fixed, self.segments[self._holding].ravel())]
+        self._fixed_depth: Vector = read_only(-self.fixed_height) if self.upwards else self.fixed_height
+        self._frame = self._fixed_depth[np.isin(self.fixed, self.segments[self._holding].ravel())]
         self._datum = float(self._frame.mean())
+        self._warn()
 
     @classmethod
     def orthogonal(
-        cls, lattice: Lattice, tension: float, *, load: FieldLike, support: FieldLike, frame_height: FieldLike = 0.0
+        cls,
+        lattice: Lattice,
+        tension: float,
+        *,
+        load: FieldLike,
+        support: FieldLike,
+        frame_height: FieldLike = 0.0,
+        upwards: bool = False,
+        rows: Rows = "up",
     ) -> CableNet:
         """Return the net of cables along the rows and columns of a lattice.
 
@@ -155,6 +173,8 @@ class CableNet(ContactModel):
         support : number, array, xarray.DataArray or function of (x, y)
             As for a membrane.
         frame_height : number, array or function of (x, y)
+            As for a membrane.
+        upwards, rows
             As for a membrane.
 
         Raises
@@ -180,7 +200,10 @@ class CableNet(ContactModel):
         number = np.full(nodes.shape, -1, dtype=np.int64)
         number[nodes] = np.arange(lattice.size)
         number[frame] = lattice.size + np.arange(np.count_nonzero(frame))
-        heights = frame_heights(lattice, stencil.frame_points(), frame_height)
+        rows, absent = checked_rows(rows), -np.inf if boolean(upwards, "upwards") else np.inf
+        if upwards:
+            support, frame_height = elevations_of(support), elevations_of(frame_height)
+        heights = frame_heights(lattice, stencil.frame_points(), frame_height, rows)
         x, y = lattice.ring_coordinates(*np.nonzero(frame))
         # Rows before columns: a node's forces are then summed as a stencil does, and are the same to the bit.
         segments = np.concatenate(
@@ -190,10 +213,11 @@ class CableNet(ContactModel):
             np.column_stack([np.concatenate([lattice.node_x, x]), np.concatenate([lattice.node_y, y])]),
             segments,
             force_density=tension / lattice.spacing,
-            load=sample(lattice, load, "load"),
-            support=sample(lattice, support, "support", allow_inf=True),
+            load=sample(lattice, load, "load", rows=rows),
+            support=sample(lattice, support, "support", allow_inf=True, absent=absent, rows=rows),
             fixed=lattice.size + np.arange(x.size),
             fixed_height=0.0 if heights is None else heights[frame],
+            upwards=upwards,
         )
 
     @staticmethod
@@ -242,7 +266,10 @@ class CableNet(ContactModel):
 
     def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
         """See `ContactModel.at_nodes`; an array has an entry for each node, or for each point."""
-        values = sample_points(self.positions, self.free, field, name, self.describe, allow_inf=allow_inf)
+        absent = -np.inf if self.upwards else np.inf
+        values = sample_points(
+            self.positions, self.free, field, name, self.describe, allow_inf=allow_inf, absent=absent
+        )
         return read_only(np.array(values))
 
     @property
@@ -270,14 +297,17 @@ class CableNet(ContactModel):
         return f"point {self.fixed[k]} (x={x:g}, y={y:g})"
 
     def point_heights(self, heights: Vector) -> Vector:
-        """Return ordinates of all points, shape (points,), from those of the nodes; the fixed ones have their own."""
+        """Return heights of all points, shape (points,), from those of the nodes; the fixed ones have their own."""
+        return self._everywhere(heights, self.fixed_height)
+
+    def _everywhere(self, at_nodes: Vector, at_fixed: Vector) -> Vector:
         everywhere = np.empty(len(self.positions))
-        everywhere[self.free], everywhere[self.fixed] = heights, self.fixed_height
+        everywhere[self.free], everywhere[self.fixed] = at_nodes, at_fixed
         return everywhere
 
     def max_slope(self, gap: Vector) -> float:
         """Return the largest slope of a segment that ends on a node (no unit)."""
-        rise = np.abs(self._rises(self.deflection(gap)))
+        rise = np.abs(self._rises(self._below(gap)))
         return float((rise / self.length).max(where=self._holding, initial=0.0))
 
     def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
@@ -333,7 +363,7 @@ class CableNet(ContactModel):
 
     def _rises(self, heights: Vector) -> Vector:
         """Return for each segment the ordinate of its first end less that of its second one."""
-        everywhere = self.point_heights(heights)
+        everywhere = self._everywhere(heights, self._fixed_depth)
         return np.asarray(everywhere[self.segments[:, 0]] - everywhere[self.segments[:, 1]])
 
     def _sum_at_nodes(self, values: Vector) -> Vector:
@@ -358,6 +388,26 @@ class CableNet(ContactModel):
 
     def _frame_relief(self) -> float:
         return float(np.abs(self._frame - self._datum).max())
+
+    def _reach(self) -> float:
+        # The deflection of any node is at most the whole load times the node's own softness, and that is at most the
+        # softness of a path to a fixed point: to take the other segments away makes a net softer (Rayleigh).
+        from scipy import sparse
+        from scipy.sparse import csgraph
+
+        points = len(self.positions)
+        graph = sparse.coo_array((1 / self.force_density, tuple(self.segments.T)), shape=(points, points))
+        softness = csgraph.dijkstra(graph.tocsr(), directed=False, indices=self.fixed, min_only=True)
+        return float(np.maximum(self.load, 0.0).sum() * softness[self.free].max())
+
+    def _steps_of_support(self) -> tuple[Vector, Vector]:
+        node = self._number[self.segments] >= 0
+        depth = self._everywhere(self.depth, self._fixed_depth)
+        depth[np.isinf(depth)] = np.nan
+        fall = depth[self.segments[:, 1]] - depth[self.segments[:, 0]]
+        from_frame = np.concatenate([-fall[~node[:, 0] & node[:, 1]], fall[node[:, 0] & ~node[:, 1]]])
+        between = np.abs(fall[node.all(axis=1)])
+        return np.where(np.isnan(from_frame), -np.inf, from_frame), between[~np.isnan(between)]
 
     def _lengths(self) -> Vector:
         first, second = self.positions[self.segments[:, 0]], self.positions[self.segments[:, 1]]
@@ -391,7 +441,9 @@ class CableNet(ContactModel):
         unsupported = int(np.count_nonzero(~self.supported))
         counted = [(self.size, "node"), (len(self.segments), "segment"), (self.fixed.size, "fixed point")]
         parts = [f"{count} {noun}{'' if count == 1 else 's'}" for count, noun in counted]
-        return f"{type(self).__name__}({', '.join(parts)}{f', {unsupported} unsupported' if unsupported else ''})"
+        parts += [f"{unsupported} unsupported"] if unsupported else []
+        parts += ["heights upwards"] if self.upwards else []
+        return f"{type(self).__name__}({', '.join(parts)})"
 
 
 def _pairs(one: Numbers, other: Numbers, nodes: int) -> Numbers:

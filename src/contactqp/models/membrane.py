@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..foundation.checks import positive_number
-from ..geometry.fields import FieldLike
+from ..geometry.fields import FieldLike, Rows
 from ..geometry.lattice import Lattice
 from .on_lattice import LatticeModel
 
@@ -24,10 +24,17 @@ class Membrane(LatticeModel):
     load : number, array, xarray.DataArray or function of (x, y)
         Active pressure p, positive downwards, force per area.
     support : number, array, xarray.DataArray or function of (x, y)
-        Ordinate f of the rigid profile, positive downwards, length; ``inf`` where there is no support (a huge number
-        in its place costs digits).
+        Height f of the rigid profile (length). Heights are positive downwards, unless ``upwards``; ``inf`` where there
+        is no support. A support far beyond the load's reach counts as none, see `unreachable`.
     frame_height : number, array or function of (x, y)
-        Ordinate of the frame, positive downwards, length.
+        Height of the frame, positive as those of the support, length.
+    upwards : bool
+        Whether heights are elevations, positive upwards: support and frame height as they are given, and the
+        deflection and all pictures and files; ``-inf`` where there is no support. A load stays positive downwards, and
+        a profile of `contactqp.profiles` a surface of depths.
+    rows : {"up", "down"}
+        Which way y goes from row to row of an array of the lattice's shape: ``"up"``, its first row is that of the
+        smallest y; ``"down"``, of the largest, as in a picture.
 
     Raises
     ------
@@ -50,8 +57,22 @@ class Membrane(LatticeModel):
     _pressure_unit = "force per area"
 
     def __init__(
-        self, lattice: Lattice, tension: float, load: FieldLike, support: FieldLike, frame_height: FieldLike = 0.0
+        self,
+        lattice: Lattice,
+        tension: float,
+        load: FieldLike,
+        support: FieldLike,
+        frame_height: FieldLike = 0.0,
+        *,
+        upwards: bool = False,
+        rows: Rows = "up",
     ) -> None:
         tension = positive_number(tension, "tension")
         spacing = lattice.spacing if isinstance(lattice, Lattice) else 1.0
-        super().__init__(lattice, tension, load, support, frame_height, area=spacing**2, arms=(tension, tension))
+        super().__init__(
+            *(lattice, tension, load, support, frame_height),
+            area=spacing**2,
+            arms=(tension, tension),
+            upwards=upwards,
+            rows=rows,
+        )

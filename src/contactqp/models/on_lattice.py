@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebra.stencil import Stencil
-from ..foundation.checks import Mask, Vector, read_only, times
-from ..geometry.fields import frame_heights, sample
+from ..foundation.checks import Mask, Vector, boolean, read_only, repeated, times
+from ..geometry.fields import Rows, checked_rows, frame_heights, sample
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from .base import ContactModel, Coordinate
@@ -28,7 +28,11 @@ class LatticeModel(ContactModel):
     load : array, shape (n,)
         Active pressure at the nodes, positive downwards: force per area (cable: per length).
     support : array, shape (n,)
-        Ordinate of the rigid profile, positive downwards (length); +inf where there is none.
+        Height of the rigid profile (length), positive downwards, unless ``upwards``; infinite where there is none.
+    upwards : bool
+        Whether heights are positive upwards.
+    rows : {"up", "down"}
+        Which way y goes from row to row of the arrays that are given.
     stencil : Stencil
         The stiffness G.
     """
@@ -47,6 +51,8 @@ class LatticeModel(ContactModel):
         *,
         area: float,
         arms: tuple[float, float],
+        upwards: bool = False,
+        rows: Rows = "up",
     ) -> None:
         if not isinstance(lattice, Lattice):
             raise TypeError(
@@ -54,18 +60,27 @@ class LatticeModel(ContactModel):
                 "make one with Frame.lattice or Lattice.from_mask"
             )
         self.lattice = lattice
+        self.upwards, self.rows = boolean(upwards, "upwards"), checked_rows(rows)
         self.tension = tension
         self.stencil = Stencil(lattice.mask, *arms)
         self.node_area = np.broadcast_to(np.float64(area), (lattice.size,))
         self.load: Vector = self.at_nodes(load, "load")
-        self.support: Vector = self.at_nodes(support, "support", allow_inf=True)
+        self.support: Vector = self.support_at_nodes(support)
         needed = self.stencil.frame_points()
-        self._heights = frame_heights(lattice, needed, frame_height)
+        heights = frame_heights(lattice, needed, self._in_own_sense(frame_height), self.rows)
+        self._heights = np.negative(heights) if self.upwards and heights is not None else heights
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
+        self._warn()
 
     def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
         """See `ContactModel.at_nodes`."""
-        return read_only(sample(self.lattice, field, name, allow_inf=allow_inf))
+        absent = -np.inf if self.upwards else np.inf
+        return read_only(sample(self.lattice, field, name, allow_inf=allow_inf, absent=absent, rows=self.rows))
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What the data probably do not mean, and how much wider than the frame the lattice is, one sentence each."""
+        return (*([self.lattice.caution] if self.lattice.caution else []), *super().cautions)
 
     @property
     def nodal_load(self) -> Vector:
@@ -110,6 +125,33 @@ class LatticeModel(ContactModel):
             return None
         return np.where(self.stencil.frame_points(), self._heights - self._datum, 0.0)
 
+    def _reach(self) -> float:
+        # Of a load p the parabola p x (W - x)/2 over the arms' force, between the sides of the lattice's array, bounds
+        # the deflection whatever the nodes' mask: its second difference is p everywhere, and it is >= 0 on the frame.
+        load = self.nodal_load
+        push = max(0.0, float(load[0] if repeated(load) else load.max()))
+        rows, columns = self.lattice.shape
+        arms = float(self.stencil.horizontal.min()), float(self.stencil.vertical.min())
+        strips = [
+            ((count + 1) / 2) ** 2 / (2 * arm) for count, arm in zip((columns, rows), arms, strict=True) if arm > 0
+        ]
+        return push * min(strips, default=np.inf)
+
+    def _steps_of_support(self) -> tuple[Vector, Vector]:
+        depth = self._padded(self.depth)
+        depth[np.isinf(depth)] = np.nan
+        node, frame = self.stencil.padded_mask(), self.stencil.frame_points()
+        rises, steps = [], []
+        for arms, axis in ((self.stencil.horizontal, 1), (self.stencil.vertical, 0)):
+            if not arms.any():
+                continue
+            fall = np.diff(depth, axis=axis)
+            (one, other), (first, second) = _ends(node, axis), _ends(frame, axis)
+            rises += [fall[one & second], -fall[first & other]]
+            steps.append(np.abs(fall[one & other]))
+        rise, step = np.concatenate(rises), np.concatenate(steps)
+        return np.where(np.isnan(rise), -np.inf, rise), step[~np.isnan(step)]
+
     def _padded(self, heights: Vector) -> Vector:
         """Return heights of nodes and frame on the lattice's array with a ring of frame points about it."""
         padded = self.stencil.numbering.to_grid(heights, ring=1)
@@ -117,7 +159,7 @@ class LatticeModel(ContactModel):
 
     def max_slope(self, gap: Vector) -> float:
         """Return the largest difference quotient of the deflection along any arm (no unit)."""
-        heights = self.padded_deflection(gap)
+        heights = self._padded(self._below(gap))
         joined = self.stencil.padded_mask() | self.stencil.frame_points()
         mask = self.stencil.padded_mask()
         steepest = 0.0
@@ -132,8 +174,13 @@ class LatticeModel(ContactModel):
         return steepest / self.lattice.spacing
 
     def padded_deflection(self, gap: Vector) -> Vector:
-        """Return w on the lattice's array with a ring of frame points about it, shape (rows + 2, columns + 2)."""
-        return self._padded(self.deflection(gap))
+        """Return the deflection on the lattice's array with a ring of frame points, shape (rows + 2, columns + 2)."""
+        below = self.padded_below(gap)
+        return np.negative(below, out=below) if self.upwards else below
+
+    def padded_below(self, gap: Vector) -> Vector:
+        """Return what `padded_deflection` does, positive downwards whatever ``upwards`` is."""
+        return self._padded(self._below(gap))
 
     @property
     def stiffness_data(self) -> tuple[NDArray[Any], ...]:
@@ -177,6 +224,7 @@ class LatticeModel(ContactModel):
     def __repr__(self) -> str:
         unsupported = int(np.count_nonzero(~self.supported))
         note = f", {unsupported} unsupported" if unsupported else ""
+        note += ", heights upwards" if self.upwards else ""
         nodes = f"{self.lattice.size} nodes, spacing={self.lattice.spacing:g}"
         return f"{type(self).__name__}({nodes}, tension={self.tension:g}{note})"
 

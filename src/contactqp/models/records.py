@@ -107,6 +107,8 @@ class Answered(Posed, Held, Protocol):
     contact_lower, contact_upper, contact : array of bool, shape (n,)
         The backend's own contact sets: with the support, with the upper bound, with either.
     certificate : Enclosed or None
+    cautions : tuple of str
+        Why a certified answer may still not be what was meant.
     finite : bool
         Whether the backend returned a finite vector.
     iterations : int
@@ -135,6 +137,8 @@ class Answered(Posed, Held, Protocol):
     def contact_pressure(self) -> Vector: ...  # noqa: D102
     @property
     def certificate(self) -> Enclosed | None: ...  # noqa: D102
+    @property
+    def cautions(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
     def finite(self) -> bool: ...  # noqa: D102
     @property

@@ -31,7 +31,7 @@ def spans_of(cable: LatticeModel, ends: tuple[float, float], solution: Answered)
     changes = np.flatnonzero(contact[1:] != contact[:-1]) + 1
     first, last = np.concatenate([[0], changes]), np.concatenate([changes - 1, [contact.size - 1]])
     points = np.concatenate([ends[:1], cable.lattice.node_x, ends[1:]])
-    heights = cable.padded_deflection(solution.gap)[1]
+    below, clearance = cable.padded_below(solution.gap)[1], cable.clearance(solution.gap)
     certificate = solution.certificate
     decided = np.pad(_as_told(solution), 1, constant_values=certificate is not None)
     rows = []
@@ -39,10 +39,8 @@ def spans_of(cable: LatticeModel, ends: tuple[float, float], solution: Answered)
         nodes, in_contact = slice(one, other + 1), bool(contact[one])
         # Points are counted from the cable's end; a free span goes on to the points beside its nodes.
         stretch = slice(one + 1, other + 2) if in_contact else slice(one, other + 3)
-        x, w = points[stretch], heights[stretch]
-        gap, gap_at = (
-            (np.nan, np.nan) if in_contact else _largest_gap(solution.gap[nodes], x[1:-1], cable.supported[nodes])
-        )
+        x, w = points[stretch], below[stretch]
+        gap, gap_at = (np.nan, np.nan) if in_contact else _largest_gap(clearance[nodes], x[1:-1])
         bounds = Bracket(np.nan, np.nan)
         if certificate is not None:
             bounds = sum_between(*(bound[nodes] for bound in certificate.reaction))
@@ -80,11 +78,12 @@ def _undecided(certificate: Enclosed | None, nodes: slice) -> int:
     return nodes.stop - nodes.start if certificate is None else int(np.count_nonzero(certificate.undecided[nodes]))
 
 
-def _largest_gap(gap: Vector, x: Vector, supported: Mask) -> tuple[float, float]:
-    if not supported.any():
+def _largest_gap(clearance: Vector, x: Vector) -> tuple[float, float]:
+    over_support = np.isfinite(clearance)
+    if not over_support.any():
         return np.nan, np.nan
-    largest = int(np.argmax(np.where(supported, gap, -np.inf)))
-    return float(gap[largest]), float(x[largest])
+    largest = int(np.argmax(np.where(over_support, clearance, -np.inf)))
+    return float(clearance[largest]), float(x[largest])
 
 
 def _sag(x: Vector, w: Vector) -> float:

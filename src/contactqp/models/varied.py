@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from copy import copy
 from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 
-from ..foundation.checks import finite_number, positive_number, read_only, times
+from ..foundation.checks import Mask, finite_number, positive_number, read_only, times
 from .base import ContactModel
 
 Model = TypeVar("Model", bound=ContactModel)
@@ -38,8 +38,9 @@ def with_load_of(model: Model, load: Any) -> Model:
     pull = model._pull_of_support
     varied = _copied(model)
     varied.load = load
-    varied._relative = model.problem
-    varied._pull_of_support = pull
+    if np.array_equal(varied.supported, model.supported):
+        varied._relative = model.problem
+        varied._pull_of_support = pull
     return varied
 
 
@@ -51,14 +52,38 @@ def with_tension(model: Model, tension: float) -> Model:
 
 
 def with_lift(model: Model, lift: float) -> Model:
-    """Return the model whose support is higher by ``lift`` (length), its ordinates smaller."""
-    return with_support(model, read_only(model.support - finite_number(lift, "lift")))
+    """Return the model whose support is higher by ``lift`` (length), whichever way its heights are positive."""
+    rise = finite_number(lift, "lift")
+    return _over(model, read_only(model.support + (rise if model.upwards else -rise)), model.unreachable)
 
 
 def with_support(model: Model, support: Any) -> Model:
-    """Return the model over another support at its nodes, shape (n,), length."""
+    """Return the model over another support at its nodes, shape (n,), length, positive as the model's own."""
+    return _over(model, support, None)
+
+
+def reachable(model: Model, variations: Iterable[Model]) -> Model:
+    """Return the model with a support wherever it has one that a variation of it may touch.
+
+    Parameters
+    ----------
+    model : Membrane, Cable or CableNet
+    variations : iterable of such
+        The model under other loads, tensions or lifts.
+    """
+    unreachable = model.unreachable
+    if not unreachable.any():
+        return model
+    for variation in variations:
+        unreachable = unreachable & variation.unreachable
+    held = _copied(model)
+    held._known_unreachable = read_only(unreachable)
+    return held
+
+
+def _over(model: Model, support: Any, known_unreachable: Mask | None) -> Model:
     varied = _copied(model)
-    varied.support = support
+    varied.support, varied._known_unreachable = support, known_unreachable
     if np.array_equal(varied.supported, model.supported):
         varied._relative = model.problem
     return varied
@@ -72,6 +97,7 @@ def _copied(model: Model) -> Model:
             if isinstance(attribute, cached_property):
                 varied.__dict__.pop(name, None)
     varied._relative = None
+    varied._known_unreachable = model.unreachable
     return varied
 
 

@@ -30,13 +30,14 @@ def text_map(lattice: Lattice, contact: ArrayLike) -> str:
     Examples
     --------
     >>> import contactqp as cq
-    >>> lattice = cq.Frame.disk(2.5).lattice(spacing=1.0)
+    >>> lattice = cq.Frame.disk(3.5).lattice(spacing=1.0)
     >>> print(text_map(lattice, np.hypot(lattice.node_x, lattice.node_y - 1) < 1.1))
-      . * .
-    . * * * .
-    . . * . .
-    . . . . .
-      . . .
+      . . . .
+    . . * * . .
+    . . * * . .
+    . . . . . .
+    . . . . . .
+      . . . .
     """
     settled = np.asarray(contact)
     if settled.dtype != np.bool_:

@@ -24,6 +24,7 @@ from ..foundation.checks import Mask, Vector, finite_number
 from ..foundation.progress import Progress
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..models.base import ContactModel
+from ..models.varied import reachable, with_load
 from .follower import Follower
 
 if TYPE_CHECKING:
@@ -158,6 +159,7 @@ def events(model: ContactModel, stop: float, *, start: float = 0.0) -> Events:
     start, stop = finite_number(start, "start"), finite_number(stop, "stop")
     if not start < stop:
         raise ValueError(f"stop must be > start, got start={start:g}, stop={stop:g}")
+    model = reachable(model, [with_load(model, start), with_load(model, stop)])
     with Progress(f"events · {model.size} nodes") as progress:
         follower = Follower.of(model, start, stop)
         contact_at_start = ~follower.free

@@ -62,8 +62,8 @@ class LoadPath:
 
     @property
     def max_deflection(self) -> Vector:
-        """Largest deflection (length), for each value."""
-        return np.array([float(solution.deflection.max()) for solution in self.solutions])
+        """Deflection of the lowest node (length), positive as the model's heights are, for each value."""
+        return np.array([self.model.lowest(solution.deflection) for solution in self.solutions])
 
     @cached_property
     def findings(self) -> tuple[str, ...]:
@@ -166,6 +166,12 @@ class LoadPath:
         """
         return self.touchdown(width).plot()
 
+    @cached_property
+    def cautions(self) -> tuple[str, ...]:
+        """Why even certified answers may not be what was meant, of all values, each sentence once."""
+        steepest = max(self.solutions, key=lambda solution: solution.max_slope if solution.finite else -1.0)
+        return steepest.cautions
+
     @property
     def verdict(self) -> str:
         """The first finding and the number of others, or that there is none."""
@@ -177,7 +183,8 @@ class LoadPath:
     def __repr__(self) -> str:
         table = self.to_frame()[["status", "relative_bound", "contact", "undecided", "max_deflection", "iterations"]]
         text = table.to_string(float_format=lambda number: f"{number:.4g}")
-        return f"LoadPath({self.model!r}, {len(self.solutions)} {self.parameter}s)\n{text}\n{self.verdict}"
+        cautions = "".join(f"caution: {caution}\n" for caution in self.cautions)
+        return f"LoadPath({self.model!r}, {len(self.solutions)} {self.parameter}s)\n{text}\n{cautions}{self.verdict}"
 
 
 def _undecided(solution: Solution) -> int:

@@ -62,6 +62,6 @@ def _rounding_of_data(base: ContactModel, solution: Solution, value: float) -> V
     problem, model = solution.problem, solution.model
     if model is None or problem.barrier is None:
         return np.zeros(base.size)
-    heights = model.height_scale + np.abs(base.support[base.supported]).max(initial=0.0) + value
+    heights = model.height_scale + np.abs(base.depth[base.supported]).max(initial=0.0) + value
     force = np.abs(model.nodal_load) + 4 * problem.stiffness.diagonal() * heights
     return np.asarray(4 * UNIT_ROUNDOFF * (problem.barrier.v * float((force / problem.barrier.s).max()) + heights))

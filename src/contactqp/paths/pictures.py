@@ -41,7 +41,7 @@ def plot_path(table: pd.DataFrame, iteration_unit: str, backend: str, verdict: s
     for place, values, label, colour in (
         (axes[0, 0], table["contact_fraction"], "nodes in contact, fraction", CONTACT),
         (axes[0, 1], middle, "total reaction", CONTACT),
-        (axes[1, 0], table["max_deflection"], "largest deflection", BLUE),
+        (axes[1, 0], table["max_deflection"], "deflection of the lowest node", BLUE),
     ):
         place.plot(value, values.to_numpy(), "o-", ms=4, lw=1.4, color=colour)
         place.set(ylabel=label)

@@ -13,7 +13,7 @@ from ..backends.base import Backend
 from ..foundation.checks import Vector, one_of, real_array, refuse_non_finite
 from ..foundation.progress import Progress
 from ..models.base import ContactModel
-from ..models.varied import VARIED
+from ..models.varied import VARIED, reachable
 from ..solving.choice import chosen_backend
 from ..solving.solution import Solution
 from ..solving.solve import solve
@@ -76,6 +76,7 @@ def trace(
     if not isinstance(model, ContactModel):
         raise TypeError(f"model must be a Membrane, a Cable or a CableNet, got {type(model).__name__}")
     parameter, values = _chosen({"load": loads, "tension": tensions, "lift": lifts})
+    model = reachable(model, (VARIED[parameter](model, float(value)) for value in values))
     # The reason for "auto" is the same at every load, and would hide which solutions were restored.
     method, _ = chosen_backend(backend, model.problem, {})
     session = Solver(model, method, tol=tol, **options)

@@ -58,8 +58,9 @@ def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
     axes: Any = part.add_subplot(projection="3d")
     state, _ = seen(solution)
     points = np.column_stack([net.positions, net.point_heights(solution.deflection)])
-    top, bottom = points[:, 2].min(), points[:, 2].max()
-    near = net.support <= bottom + (bottom - top or 1.0)
+    below = -points[:, 2] if net.upwards else points[:, 2]
+    top, bottom = below.min(), below.max()
+    near = net.depth <= bottom + (bottom - top or 1.0)
     foot = np.column_stack([net.positions[net.free], net.support])[near]
     gaps = np.stack([points[net.free][near], foot], axis=1)
     drawn = np.concatenate([points[:, 2], net.support[near]])
@@ -77,8 +78,9 @@ def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
     low, high = net.positions.min(axis=0), net.positions.max(axis=0)
     middle, half = (low + high) / 2, (high - low).max() / 2
     axes.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
-    axes.set(zlim=(drawn.max() + room, drawn.min() - room))
-    axes.set(xlabel="x", ylabel="y", title="Net and support, ordinates not to scale")
+    least, most = drawn.min() - room, drawn.max() + room
+    axes.set(zlim=(least, most) if net.upwards else (most, least))
+    axes.set(xlabel="x", ylabel="y", title=f"Net and support, heights not to scale\n({net.sense})")
     axes.set_box_aspect((1, 1, 0.5), zoom=0.98)
     axes.view_init(elev=32, azim=-60)
     axes.tick_params(labelsize="small")

@@ -46,22 +46,23 @@ def draw_section(axes: NDArray[Any], model: LatticeModel, solution: Answered, ro
     nodes = on_row >= 0
     node_x, number = lattice.x[nodes], on_row[nodes]
     support = np.full(lattice.shape[1], np.nan)
-    support[nodes] = np.where(np.isfinite(model.support[number]), model.support[number], np.nan)
+    support[nodes] = np.where(model.supported[number], model.support[number], np.nan)
 
     shape_axes, gap_axes, force_axes = axes
     drawn = np.concatenate([deflection[np.isfinite(deflection)], support[np.isfinite(support)]])
     low, high = float(drawn.min()), float(drawn.max())
     margin = 0.12 * (high - low or 1.0)
-    shape_axes.fill_between(lattice.x, support, high + margin, color=GROUND, alpha=0.55, lw=0, label="support f")
+    top, bottom = (high + margin, low - margin) if model.upwards else (low - margin, high + margin)
+    shape_axes.fill_between(lattice.x, support, bottom, color=GROUND, alpha=0.55, lw=0, label="support f")
     shape_axes.plot(x, deflection, color=BLUE, lw=1.8, label=f"{noun} w")
     at_nodes, upper = deflection[1:-1][nodes], solution.contact_upper[number]
     lower = solution.contact_lower[number]
     shape_axes.plot(node_x[lower], at_nodes[lower], ".", color=CONTACT, ms=4, label="in contact")
     if upper.any():
         shape_axes.plot(node_x[upper], at_nodes[upper], ".", color=CONTACT_UPPER, ms=4, label="at the upper bound")
-    shape_axes.set_ylim(high + margin, low - margin)
+    shape_axes.set_ylim(bottom, top)
     shape_axes.legend(loc="best", frameon=False, fontsize="small")
-    shape_axes.set(ylabel="ordinate, downwards", title="Section")
+    shape_axes.set(ylabel=f"height, {model.sense}", title="Section")
     clearance = np.where(model.supported[number], solution.gap[number], np.nan)
     gap_axes.plot(node_x, clearance, ".-", color=INK, lw=1, ms=3)
     gap_axes.axhline(0, color=INK, lw=0.6)

@@ -1,10 +1,11 @@
 """Profiles: rigid surfaces f(x, y) to use as a support.
 
-Every profile is a small callable that returns ordinates in the unit of its lengths, positive downwards from the plane
-of the frame; infinite where there is no surface.
+Every profile is a small callable that returns depths in the unit of its lengths: heights, positive downwards from the
+plane of the frame; infinite where there is no surface. A model whose heights are positive upwards takes them as depths
+all the same.
 """
 
-from .analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane, Uppermost
+from .analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane, Profile, Uppermost
 from .sampled import Sampled
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "HillAndFloor",
     "Paraboloid",
     "Plane",
+    "Profile",
     "Sampled",
     "Uppermost",
 ]

@@ -1,11 +1,13 @@
 """Analytic profiles: rigid surfaces f(x, y) given by a formula.
 
-Every profile is a small callable that returns ordinates in the unit of its lengths, positive downwards from the plane
-of the frame; infinite where there is no surface.
+Every profile is a small callable that returns depths in the unit of its lengths: heights, positive downwards from the
+plane of the frame; infinite where there is no surface. A model whose heights are positive upwards takes them as depths
+all the same.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -18,14 +20,22 @@ from ..foundation.checks import finite_number, one_of, positive_number
 _Array = NDArray[np.float64]
 
 
+class Profile(ABC):
+    """A rigid surface that returns depths: heights, positive downwards."""
+
+    @abstractmethod
+    def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
+        """Return the depths at the points (x, y)."""
+
+
 @dataclass(frozen=True)
-class Plane:
+class Plane(Profile):
     """A plane: f = depth + slope_x x + slope_y y.
 
     Parameters
     ----------
     depth : float
-        Ordinate at the origin (length).
+        Height at the origin, positive downwards (length).
     slope_x, slope_y : float
         Slopes, positive where the plane falls.
 
@@ -44,18 +54,18 @@ class Plane:
             finite_number(getattr(self, name), name)
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
-        """Return the ordinates f at the points (x, y)."""
+        """Return the depths f at the points (x, y)."""
         return np.asarray(self.depth + self.slope_x * np.asarray(x) + self.slope_y * np.asarray(y))
 
 
 @dataclass(frozen=True)
-class Paraboloid:
+class Paraboloid(Profile):
     """A paraboloid of revolution: f = depth + r²/(2 radius).
 
     Parameters
     ----------
     depth : float
-        Ordinate of the vertex (length).
+        Height of the vertex, positive downwards (length).
     radius : float
         Radius of curvature at the vertex (length), positive for a hill, negative for a bowl.
     center : (float, float)
@@ -78,18 +88,18 @@ class Paraboloid:
         _check_center(self.center)
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
-        """Return the ordinates f at the points (x, y)."""
+        """Return the depths f at the points (x, y)."""
         return np.asarray(self.depth + _distance(x, y, self.center) ** 2 / (2 * self.radius))
 
 
 @dataclass(frozen=True)
-class Cone:
+class Cone(Profile):
     """A cone: f = depth + slope r.
 
     Parameters
     ----------
     depth : float
-        Ordinate of the tip (length).
+        Height of the tip, positive downwards (length).
     slope : float
         Fall per length; negative for a funnel.
     center : (float, float)
@@ -111,18 +121,18 @@ class Cone:
         _check_center(self.center)
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
-        """Return the ordinates f at the points (x, y)."""
+        """Return the depths f at the points (x, y)."""
         return np.asarray(self.depth + self.slope * _distance(x, y, self.center))
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Profile):
     """The upper half of a lying circular cylinder; infinite beside it.
 
     Parameters
     ----------
     depth : float
-        Ordinate of the crown (length).
+        Height of the crown, positive downwards (length).
     radius : float
         Radius (length), > 0.
     center : (float, float)
@@ -148,20 +158,20 @@ class Cylinder:
         one_of(self.axis, ("x", "y"), "axis")
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
-        """Return the ordinates f at the points (x, y)."""
+        """Return the depths f at the points (x, y)."""
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         distance = np.abs(x - self.center[0]) if self.axis == "y" else np.abs(y - self.center[1])
         return _circular_arc(self.depth, self.radius, distance)
 
 
 @dataclass(frozen=True)
-class Hemisphere:
+class Hemisphere(Profile):
     """The upper half of a sphere; infinite beside it.
 
     Parameters
     ----------
     depth : float
-        Ordinate of the summit (length).
+        Height of the summit, positive downwards (length).
     radius : float
         Radius (length), > 0.
     center : (float, float)
@@ -183,12 +193,12 @@ class Hemisphere:
         _check_center(self.center)
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
-        """Return the ordinates f at the points (x, y)."""
+        """Return the depths f at the points (x, y)."""
         return _circular_arc(self.depth, self.radius, _distance(x, y, self.center))
 
 
 @dataclass(frozen=True)
-class HillAndFloor:
+class HillAndFloor(Profile):
     """A flat floor with a hexagonal hill whose summit touches the plane of the frame.
 
     With m = max(4|y|, 3(|x| + |y|)) / 96, which is 1 on the contour of the paper's hexagon
@@ -221,14 +231,14 @@ class HillAndFloor:
         positive_number(self.scale, "scale")
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
-        """Return the ordinates f at the points (x, y)."""
+        """Return the depths f at the points (x, y)."""
         across, along = np.abs(y) / self.scale, np.abs(x) / self.scale
         m = np.maximum(4 * across, 3 * (along + across)) / 96
         return np.asarray(np.minimum(self.floor, self.hill * m**2))
 
 
 @dataclass(frozen=True, init=False)
-class Uppermost:
+class Uppermost(Profile):
     """The uppermost of several profiles at each point: f = min of theirs.
 
     Examples
@@ -246,7 +256,7 @@ class Uppermost:
         object.__setattr__(self, "profiles", profiles)
 
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
-        """Return the ordinates f at the points (x, y)."""
+        """Return the depths f at the points (x, y)."""
         return np.asarray(np.minimum.reduce([np.asarray(profile(x, y)) for profile in self.profiles]))
 
     def __repr__(self) -> str:

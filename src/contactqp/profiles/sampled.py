@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Vector, one_of, read_only, real_array, refuse_non_finite, vector
+from .analytic import Profile
 from .sample_files import read_samples
 
 Interpolation = Literal["linear", "pchip"]
@@ -21,7 +22,7 @@ _REACH = 1e-9
 """Points outside the samples by less than this part of their extent are taken for rounding."""
 
 
-class Sampled:
+class Sampled(Profile):
     """A profile through samples along x, the same for all y.
 
     A model asks for the ordinates at its nodes only: ground that rises between two of them is not felt, so the nodes
@@ -32,12 +33,14 @@ class Sampled:
     x : array, shape (m,)
         Abscissae of the samples, increasing, length.
     depth : array, shape (m,)
-        Ordinates there, positive downwards, length.
+        Heights there, positive downwards, length.
     interpolation : {"linear", "pchip"}
         Straight between the samples, or the monotone cubic of Fritsch and Carlson (SIAM J. Numer. Anal. 17, 1980),
         which is smooth and has no summit and no hollow that the samples do not have.
     outside : {"error", "hold", "none"}
         Before the first and beyond the last sample: refuse, continue with the nearest sample's depth, or no support.
+    upwards : bool
+        Whether the heights given are elevations, positive upwards; the profile itself returns depths all the same.
 
     Raises
     ------
@@ -47,7 +50,7 @@ class Sampled:
     Attributes
     ----------
     x, depth : array, shape (m,)
-        The samples, read-only.
+        The samples, read-only; heights are positive downwards, whatever they were given as.
 
     Examples
     --------
@@ -55,6 +58,8 @@ class Sampled:
     >>> bed
     Sampled(3 samples, x from 0 to 300, linear)
     >>> bed([50.0, 200.0])
+    array([81. , 81.5])
+    >>> Sampled([0.0, 100.0, 300.0], [-80.0, -82.0, -81.0], upwards=True)([50.0, 200.0])
     array([81. , 81.5])
     """
 
@@ -65,6 +70,7 @@ class Sampled:
         *,
         interpolation: Interpolation = "linear",
         outside: Outside = "error",
+        upwards: bool = False,
     ) -> None:
         abscissae = real_array(x, "x")
         if abscissae.ndim != 1:
@@ -78,7 +84,7 @@ class Sampled:
                 f"x must increase, but x[{k}] = {abscissae[k]:g} follows x[{k - 1}] = {abscissae[k - 1]:g}; {_SORT}"
             )
         self.x: Vector = read_only(abscissae)
-        self.depth: Vector = read_only(ordinates)
+        self.depth: Vector = read_only(-ordinates if upwards else ordinates)
         self.interpolation = one_of(interpolation, ("linear", "pchip"), "interpolation")
         self.outside = one_of(outside, ("error", "hold", "none"), "outside")
 
@@ -94,6 +100,7 @@ class Sampled:
         duplicates: Duplicates = "error",
         interpolation: Interpolation = "linear",
         outside: Outside = "error",
+        upwards: bool = False,
     ) -> Sampled:
         r"""Read the samples from two columns of a CSV file.
 
@@ -112,7 +119,7 @@ class Sampled:
             What begins the decimals of a number; with a comma, choose another delimiter, as ``";"``.
         duplicates : {"error", "mean", "first", "last", "shallowest", "deepest"}
             Of several samples at one x, in lines that follow each other: refuse, or keep one.
-        interpolation, outside : str
+        interpolation, outside, upwards
             See the class.
 
         Raises
@@ -144,7 +151,8 @@ class Sampled:
             if here == before:
                 remedy = f"two samples at one place: keep one by duplicates = {', '.join(map(repr, _KEPT[1:]))}"
             raise ValueError(f"{where}: {found.names[0]} must increase, but {here:g} follows {before:g}; {remedy}")
-        places, depths = _one_for_each(abscissae, found.values[:, 1], duplicates)
+        ordinates = found.values[:, 1]
+        places, depths = _one_for_each(abscissae, -ordinates if upwards else ordinates, duplicates)
         try:
             _refuse_too_few(places.size)
         except ValueError as error:
@@ -152,7 +160,7 @@ class Sampled:
         return cls(places, depths, interpolation=interpolation, outside=outside)
 
     def __call__(self, x: ArrayLike, y: ArrayLike = 0.0) -> NDArray[np.float64]:
-        """Return the ordinates f at the points (x, y)."""
+        """Return the depths f at the points (x, y)."""
         points = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))[0]
         first, last = self.x[0], self.x[-1]
         reach = _REACH * (last - first)

@@ -309,8 +309,22 @@ class Solution:
 
     @property
     def note(self) -> str:
-        """Why ``"auto"`` chose the backend, and what the backend has to tell."""
-        return self.run.note
+        """Why ``"auto"`` chose the backend, what the backend has to tell, and what was made of the model's data."""
+        return "; ".join(part for part in (self.run.note, *(() if self.model is None else self.model.notes)) if part)
+
+    @cached_property
+    def cautions(self) -> tuple[str, ...]:
+        """Why a certified answer may still not be what was meant, one sentence each.
+
+        Heights whose signs look wrong, a lattice wider than its frame, and slopes beyond what the theory assumes.
+        """
+        if self.model is None:
+            return ()
+        slope = self.max_slope if self.finite else 0.0
+        if slope <= SLOPE_LIMIT:
+            return self.model.cautions
+        told = f"{slope:.{2 if slope < 100 else 3}g}"
+        return (*self.model.cautions, f"largest slope {told}: the theory assumes small slopes")
 
     @property
     def tol(self) -> float:
@@ -463,7 +477,7 @@ class Solution:
 
     @property
     def deflection(self) -> Vector:
-        """Deflection of each node, w = f - ω (length, positive downwards), shape (n,)."""
+        """Deflection of each node, w = f - ω (length), positive downwards, unless the model is ``upwards``."""
         return self._physical("deflection").deflection(self.gap)
 
     @property
@@ -568,8 +582,7 @@ class Solution:
         elif self.residuals is not None:
             residual = f"{self.residuals.natural_residual:.2g} (natural), {self.relative_residual:.1g} {wanted}"
             lines.append(f"  residual    {residual}; no enclosure is known for this matrix")
-        if self.residuals is not None and self.model is not None and self.max_slope > SLOPE_LIMIT:
-            lines.append(f"  caution     largest slope {self.max_slope:.2g}: the theory assumes small slopes")
+        lines += [f"  caution     {caution}" for caution in self.cautions]
         lines += [f"  finding     {finding}" for finding in self.findings]
         if self.note:
             lines.append(f"  note        {self.note}")

@@ -205,7 +205,7 @@ class Solver:
         if tension is not None:
             model = with_tension(model, tension)
         if support is not None:
-            model = with_support(model, model.at_nodes(support, "support", allow_inf=True))
+            model = with_support(model, model.support_at_nodes(support))
         if lift is not None:
             model = with_lift(model, lift)
         if load is not None:

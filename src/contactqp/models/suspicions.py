@@ -1,0 +1,126 @@
+"""Suspicions: what a model's data probably do not mean, in words.
+
+A height of the wrong sign, or a number that stands for a missing value, makes a well-posed problem with a certified
+answer; nothing but its strangeness tells that another one was meant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..foundation.checks import Vector, repeated
+
+_NEARLY_ALL = 0.9
+"""Part of the nodes next to the frame at which the support must stand above it for a wrong sign to be suspected."""
+
+_JUMP = 3.0
+"""So many times as steep as nearly everywhere else must the support rise from the frame to the nodes next to it."""
+
+_FEWEST = 4
+"""Steps of the support from node to node that it takes to call its step at the frame a jump."""
+
+_STRANGE = 1000.0
+"""So many times as high as all others are in size must a height stand out to be taken for no height at all."""
+
+_NO_DATA_STRANGE = 10.0
+"""The same for a number by which files mark missing values."""
+
+_NO_DATA = (99.0, 999.0, 9999.0, 99999.0, 999999.0, 9999999.0, 32767.0, 32768.0, 1e10, 1e20, 1e30)
+
+
+class Heights(NamedTuple):
+    """The heights of a model and its load.
+
+    Attributes
+    ----------
+    depth : array, shape (n,)
+        Of the support at the nodes (length), positive downwards; inf where there is none.
+    frame : (float, float)
+        Depths between which the frame lies (length).
+    load : array, shape (n,)
+        Active force on each node, positive downwards (force).
+    upwards : bool
+        Whether the model's own heights are positive upwards.
+    steps : callable
+        Returns by how much the support rises from the frame to the nodes next to it, -inf where there is no support,
+        and by how much it steps from node to node, without sign (length each); or None where that is not known.
+    describe : callable
+        Names a node by its number.
+    """
+
+    depth: Vector
+    frame: tuple[float, float]
+    load: Vector
+    upwards: bool
+    steps: Callable[[], tuple[Vector, Vector] | None]
+    describe: Callable[[int], str]
+
+    @property
+    def sense(self) -> str:
+        """Which way heights are positive, in words."""
+        return f"heights are positive {'upwards in this model' if self.upwards else 'downwards'}"
+
+    def told(self, depth: float) -> float:
+        """Return a depth as a height of the model's own sign."""
+        return -depth if self.upwards else depth
+
+
+def suspicions_of(heights: Heights) -> Iterator[str]:
+    """Return a sentence for each thing that is strange about heights and load."""
+    depth = _distinct(heights.depth)
+    highest = float(depth.min())
+    upper, lower = heights.frame
+    if highest < upper:
+        yield from _missing_values(heights, depth, highest)
+    if highest < lower:
+        yield from _pierced_frame(heights)
+    elif lower < highest < np.inf:
+        yield from _no_contact(heights)
+
+
+def _distinct(vector: Vector) -> Vector:
+    return vector[:1] if repeated(vector) else vector
+
+
+def _missing_values(heights: Heights, depth: Vector, highest: float) -> Iterator[str]:
+    others = depth[np.isfinite(depth) & (depth != highest)]
+    if not others.size:
+        return
+    factor = _NO_DATA_STRANGE if -highest in _NO_DATA else _STRANGE
+    if -highest > factor * float(np.abs(others).max()):
+        strange = np.flatnonzero(depth == highest)
+        more = f" and {strange.size - 1} more node{'s' if strange.size > 2 else ''}" if strange.size > 1 else ""
+        low, high = sorted(heights.told(float(end)) for end in (others.min(), others.max()))
+        yield (
+            f"support is {heights.told(highest):g} at {heights.describe(int(strange[0]))}{more}, and from {low:g} to "
+            f"{high:g} elsewhere: a number that stands for missing data is no height; give {heights.told(np.inf):g} "
+            "where there is no support"
+        )
+
+
+def _pierced_frame(heights: Heights) -> Iterator[str]:
+    steps = heights.steps()
+    if steps is None or steps[1].size < _FEWEST:
+        return
+    rise, along = steps
+    pierced = np.count_nonzero(rise > 0)
+    usual = float(np.quantile(along, 0.95))
+    if pierced < _NEARLY_ALL * rise.size or float(np.median(rise)) <= _JUMP * usual:
+        return
+    yield (
+        f"support stands above the frame at {pierced} of the {rise.size} places where nodes are joined to it, by "
+        f"{float(np.median(rise)):.3g} as a rule, so that nearly all nodes may be in contact from the frame on; "
+        f"{heights.sense}: check the signs of support and frame"
+    )
+
+
+def _no_contact(heights: Heights) -> Iterator[str]:
+    load = _distinct(heights.load)
+    if load.min() < 0 >= load.max():
+        yield (
+            "load nowhere presses downwards and the support lies below the frame, so nothing can touch; "
+            f"{heights.sense}, and a load is positive downwards: check the signs of load and support"
+        )
