@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..foundation.checks import Vector
+from ..foundation.loading import load_modules
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -18,6 +19,7 @@ def weakly_dominant(matrix: csr_array) -> bool:
     Then it is positive definite up to rounding (Taussky 1949). That is enough to put off the proof to the barrier,
     which every use of the matrix needs anyway.
     """
+    load_modules("scipy.sparse.csgraph")
     from scipy.sparse import csgraph
 
     entries = matrix.tocoo()
@@ -60,6 +62,7 @@ def refuse_indefinite(matrix: csr_array) -> None:
 
 
 def _negative_pivots(matrix: csr_array, balance: Vector) -> int:
+    load_modules("scipy.sparse", "scipy.sparse.linalg")
     from scipy import sparse
     from scipy.sparse import linalg
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..foundation.checks import Mask, Vector, real_array
+from ..foundation.loading import load_modules
 from .compensated import Chain, two_product
 from .definiteness import refuse_indefinite, weakly_dominant
 from .stiffness import Stiffness
@@ -142,6 +143,7 @@ class SparseStiffness(Stiffness):
 
     def comparison(self) -> SparseStiffness:
         """Return the comparison matrix: the diagonal of G, and -|G_ij| beside it."""
+        load_modules("scipy.sparse")
         from scipy import sparse
 
         return SparseStiffness((sparse.diags_array(2 * self.diagonal()) - self._modulus).tocsr())
@@ -187,6 +189,7 @@ def checked_matrix(value: Any) -> csr_array:
     ValueError
         If it is empty, not square, not finite, not symmetric, or has a diagonal entry <= 0.
     """
+    load_modules("scipy.sparse")
     from scipy import sparse
 
     if sparse.issparse(value):

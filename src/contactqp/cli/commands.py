@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from ..foundation.interrupts import INTERRUPTED, ended_by_interrupts
+
 app = typer.Typer(
     name="contactqp",
     help=(
@@ -147,6 +149,9 @@ class _bad_input:  # noqa: N801
         if isinstance(error, (ValueError, TypeError, ImportError, OSError)):
             typer.echo(f"contactqp: {error}", err=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
+        if isinstance(error, KeyboardInterrupt):
+            typer.echo("contactqp: interrupted", err=True)
+            raise typer.Exit(INTERRUPTED) from None
 
 
 def _tolerance(text: str) -> float | str:
@@ -166,7 +171,5 @@ def _check_folders(*files: Path | None) -> None:
 
 def main() -> None:
     """Run the command line."""
-    try:
+    with ended_by_interrupts():
         app()
-    except KeyboardInterrupt:
-        raise SystemExit(130) from None

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, finite_number, positive_number
+from ..foundation.loading import load_modules
 from .lattice import Lattice
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ class Frame:
         center : (float, float)
             Centre (length).
         """
+        load_modules("shapely.geometry")
         from shapely.geometry import box
 
         half_width, half_height = positive_number(width, "width") / 2, positive_number(height, "height") / 2
@@ -75,6 +77,7 @@ class Frame:
         center : (float, float)
             Centre (length).
         """
+        load_modules("shapely.geometry")
         from shapely.geometry import Point as ShapelyPoint
 
         limit = positive_number(radius, "radius")
@@ -121,6 +124,7 @@ class Frame:
         ValueError
             If the contour crosses itself or encloses no area.
         """
+        load_modules("shapely.geometry")
         from shapely.geometry import Polygon
 
         rings = [[_point(corner, f"corners[{i}]") for i, corner in enumerate(corners)]]
@@ -143,6 +147,7 @@ class Frame:
         ValueError
             If it is empty or invalid (the message carries shapely's reason).
         """
+        load_modules("shapely")
         import shapely
 
         kind = getattr(geometry, "geom_type", type(geometry).__name__)
@@ -239,6 +244,7 @@ def _closed(geometry: BaseGeometry) -> BaseGeometry:
 
 def _polygon_predicate(geometry: BaseGeometry) -> _Inside:
     """Return the test for points strictly inside a polygon, made about its own corner to keep digits far from 0."""
+    load_modules("shapely")
     import shapely
 
     corner_x, corner_y = geometry.bounds[:2]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Mask, Vector, finite_number, positive_number, read_only
+from ..foundation.loading import load_modules
 from .numbering import Numbering
 
 
@@ -109,6 +110,7 @@ class Lattice:
     @cached_property
     def parts(self) -> int:
         """Number of connected parts (nodes joined by lattice arms)."""
+        load_modules("scipy.ndimage")
         from scipy import ndimage
 
         return int(ndimage.label(self.mask)[1])

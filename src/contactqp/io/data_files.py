@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import CaseFileError
+from ..foundation.loading import load_modules
 from ..geometry.lattice import Lattice
 
 
@@ -62,6 +63,7 @@ def _table(file: Path, entry: str | None) -> NDArray[Any]:
 
 
 def _grey_levels(file: Path, entry: str | None) -> NDArray[Any]:
+    load_modules("matplotlib.image")
     from matplotlib import image
 
     pixels = np.asarray(image.imread(file))
@@ -88,6 +90,7 @@ _OTHER_SUFFIXES = {".jpeg": ".jpg", ".tiff": ".tif"}
 
 def resampled(grid: NDArray[np.float64], lattice: Lattice) -> NDArray[np.float64]:
     """Interpolate bilinearly: the file's corners fall on the corners of the lattice's array."""
+    load_modules("scipy.interpolate")
     from scipy.interpolate import RegularGridInterpolator
 
     axes = [np.linspace(0, 1, n) if n > 1 else np.array([0.0, 1.0]) for n in grid.shape]

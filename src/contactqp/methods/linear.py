@@ -7,6 +7,7 @@ from importlib.util import find_spec
 
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Mask
+from ..foundation.loading import load_modules
 from .factors import DIRECT_SIZE, Solve, factorised
 
 _FREE_SET_TOLERANCE = 1e-3
@@ -44,6 +45,7 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
         return None if factors is None else (factors, True)
     lattice = stiffness.lattice
     if lattice is not None:
+        load_modules("contactqp.methods.multigrid.linear", kernels="multigrid")
         from .multigrid.linear import solve_linear
 
         return lambda force: solve_linear(lattice, force, tolerance), False

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from .factors import Solve, factorised
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ class _Banded(_Sparse):
         self._rows, self._columns, self._values = rows[below], matrix.indices[below], matrix.data[below]
 
     def _factorised(self, chosen: Mask) -> Solve | None:
+        load_modules("scipy.linalg")
         from scipy.linalg import lapack
 
         kept = chosen[self._rows] & chosen[self._columns]

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, positive_number, read_only, refuse_non_finite
+from ..foundation.loading import load_modules
 from ..geometry.fields import FieldLike, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
 from .base import ContactModel, Coordinate
@@ -225,6 +226,7 @@ class CableNet(ContactModel):
         >>> cq.CableNet.plan_in_equilibrium([*corners, [1, 1]], spokes, [1, 1, 3, 3], fixed=[0, 1, 2, 3])[4]
         array([2., 3.])
         """
+        load_modules("scipy.sparse.linalg")
         from scipy.sparse.linalg import spsolve
 
         net = CableNet(positions, segments, force_density=force_density, load=0.0, support=0.0, fixed=fixed)
@@ -310,6 +312,7 @@ class CableNet(ContactModel):
         return np.asarray((self._number[self.segments] >= 0).any(axis=1))
 
     def _stiffness(self) -> csr_array:
+        load_modules("scipy.sparse")
         from scipy import sparse
 
         ends = self._number[self.segments]
@@ -370,6 +373,7 @@ class CableNet(ContactModel):
         return np.asarray(lengths)
 
     def _refuse_floating_parts(self) -> None:
+        load_modules("scipy.sparse", "scipy.sparse.csgraph")
         from scipy import sparse
         from scipy.sparse import csgraph
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..foundation.checks import Vector
 from ..foundation.files import replaced_as_a_whole, require_folder
+from ..foundation.loading import load_modules
 from ..models.base import ContactModel
 from ..models.varied import VARIED
 from ..proof.judge import judge
@@ -41,6 +42,7 @@ class Checkpoint:
 
     def restored(self, values: Vector, tol: float | str) -> list[tuple[Solution, int]]:
         """Return the solutions that the file holds of a path's first values, judged anew, and their cold iterations."""
+        load_modules("xarray")
         import xarray as xr
 
         if not self._path.exists():
@@ -70,6 +72,7 @@ class Checkpoint:
 
     def keep(self, values: Vector, solutions: list[Solution], cold_iterations: list[int]) -> None:
         """Write all that is done, and replace the file as a whole."""
+        load_modules("xarray")
         import xarray as xr
 
         columns: dict[str, Any] = {

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector, finite_number
+from ..foundation.loading import load_modules
 from ..foundation.progress import Progress
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..models.base import ContactModel
@@ -96,6 +97,7 @@ class Events:
 
     def to_frame(self) -> pd.DataFrame:
         """Return the events in order, as a pandas.DataFrame with load, node, x, y and event ("settles" or "lifts")."""
+        load_modules("pandas")
         import pandas as pd
 
         return pd.DataFrame(

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Vector, positive_number
+from ..foundation.loading import load_modules
 from ..models.base import ContactModel
 from ..solving.solution import Solution
 from .monotonicity import promised, violations
@@ -116,6 +117,7 @@ class LoadPath:
         Columns: status, relative_bound, contact, contact_fraction, undecided, total_reaction_lower,
         total_reaction_upper (force), max_deflection (length), iterations, cold_iterations (if recorded), seconds.
         """
+        load_modules("pandas")
         import pandas as pd
 
         reactions = self.total_reaction
@@ -140,6 +142,7 @@ class LoadPath:
 
         The field of active loads is called ``active_load``, because ``load`` is the dimension.
         """
+        load_modules("xarray")
         import xarray as xr
 
         fields = [solution.to_dataset().rename(load="active_load") for solution in self.solutions]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from ..models.on_lattice import LatticeModel
 from .section import draw_section, section_axes
 from .states import colours_by_number, draw_legend_of_states
@@ -58,6 +59,7 @@ def _draw_values(model: LatticeModel, axes: Axes, values: Vector, norm: Normaliz
 
 @settling_figure.register(LatticeModel)
 def _settling_figure(model: LatticeModel, touchdown: Settling) -> Figure:
+    load_modules("matplotlib.colors", "matplotlib.patches")
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
@@ -91,6 +93,7 @@ def _settling_figure(model: LatticeModel, touchdown: Settling) -> Figure:
 
 def _draw_free_boundary(axes: Axes, x: NDArray[Any], y: NDArray[Any], contact: NDArray[Any]) -> None:
     """Draw the edges between nodes in contact and nodes that are not."""
+    load_modules("matplotlib.collections")
     from matplotlib.collections import LineCollection
 
     half_x = (x[1] - x[0]) / 2 if x.size > 1 else 0.5

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from ..models.cable_net import CableNet
 from ..models.records import NodeState
 from .states import STATE_COLOURS, draw_legend_of_states, seen
@@ -53,6 +54,7 @@ def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
 
     A support that lies deeper below the net than the net is high is left out.
     """
+    load_modules("mpl_toolkits.mplot3d.art3d")
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
     axes: Any = part.add_subplot(projection="3d")
@@ -125,6 +127,7 @@ def _width(kind: int) -> float:
 
 
 def _draw_lines(axes: Axes, lines: NDArray[np.float64], colour: str, width: float) -> None:
+    load_modules("matplotlib.collections")
     from matplotlib.collections import LineCollection
 
     axes.add_collection(LineCollection(list(lines), colors=colour, linewidths=width, capstyle="round", zorder=1.5))

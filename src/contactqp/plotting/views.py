@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..foundation.loading import load_modules
 from ..models.base import ContactModel
 from ..models.records import states_of
 from .states import STATE_COLOURS, draw_legend_of_states, seen
@@ -176,6 +177,7 @@ def values_figure(
 def _values_figure_in_plan(
     model: ContactModel, values: Vector, floor: float, label: str
 ) -> tuple[Figure, NodePlaces | None]:
+    load_modules("matplotlib.colors")
     from matplotlib.colors import LogNorm
 
     figure = new_figure(8.5, map_height(model.extent, 6.8, least=2.2, most=7.5) + 1.0)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..foundation.checks import Vector
+from ..foundation.loading import load_modules
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ def proven_least_eigenvalue(matrix: csr_array) -> tuple[float, Vector] | None:
 
 def _estimated_least_eigenvalue(scaled: np.ndarray) -> float:
     """Return a rough estimate, by inverse iteration."""
+    load_modules("scipy.linalg")
     from scipy import linalg
 
     try:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Vector, nearest, one_of, read_only, real_array, refuse_non_finite, vector
+from ..foundation.loading import load_modules
 
 Interpolation = Literal["linear", "pchip"]
 Outside = Literal["error", "hold", "none"]
@@ -161,6 +162,7 @@ class Sampled:
         if self.interpolation == "linear":
             depth = np.interp(held, self.x, self.depth)
         else:
+            load_modules("scipy.interpolate")
             from scipy.interpolate import PchipInterpolator
 
             depth = PchipInterpolator(self.x, self.depth)(held)

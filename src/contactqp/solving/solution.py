@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,6 +14,7 @@ from ..backends.base import Backend, State, Stop
 from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, read_only
+from ..foundation.loading import loading_seconds, working_seconds
 from ..foundation.progress import Progress
 from ..foundation.text import at_most
 from ..methods.factors import DIRECT_SIZE
@@ -71,7 +71,9 @@ class Run:
     iterations : int
         In the backend's ``iteration_unit``.
     setup_seconds, solve_seconds, seconds : float
-        Time for set-up, for iterating, and in all with scaling and judging.
+        Time for set-up, for iterating, and in all with scaling and judging, once all is loaded.
+    loading_seconds : float
+        Time for loading libraries and compiling kernels, which is part of none of the others: it passes once.
     history : mapping of str to array
     note : str
         Why ``"auto"`` chose the backend, and what the backend has to tell.
@@ -88,6 +90,7 @@ class Run:
     setup_seconds: float
     solve_seconds: float
     seconds: float
+    loading_seconds: float = 0.0
     history: Mapping[str, Vector] = field(default_factory=dict)
     note: str = ""
     claimed_solved: bool = False
@@ -173,7 +176,7 @@ class Solution:
             See `contactqp.backends.base.Task`.
         """
         model, problem = split(subject)
-        started = time.perf_counter()
+        loaded, started = loading_seconds(), working_seconds()
         scaled, units = problem.scaled()
         questions = _Questions(problem, units)
         with Progress(f"{backend.name} · {problem.size} unknowns") as progress:
@@ -201,7 +204,8 @@ class Solution:
             iteration_unit=backend.iteration_unit,
             setup_seconds=answer.setup_seconds,
             solve_seconds=answer.solve_seconds,
-            seconds=time.perf_counter() - started,
+            seconds=working_seconds() - started,
+            loading_seconds=loading_seconds() - loaded,
             history=answer.history,
             note="; ".join(part for part in (note, answer.note) if part),
             claimed_solved=answer.claimed,
@@ -284,8 +288,13 @@ class Solution:
 
     @property
     def seconds(self) -> float:
-        """Time in all, with scaling and judging."""
+        """Time in all, with scaling and judging, but without `loading_seconds`."""
         return self.run.seconds
+
+    @property
+    def loading_seconds(self) -> float:
+        """Time for loading libraries and compiling kernels, which passes once in a process."""
+        return self.run.loading_seconds
 
     @property
     def history(self) -> Mapping[str, Vector]:
