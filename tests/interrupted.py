@@ -15,6 +15,7 @@ import numpy as np
 import contactqp as cq
 
 warnings.simplefilter("ignore")
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have started it as one that ignores it
 
 
 def hexagon(load=0.03):

@@ -32,6 +32,7 @@ from .proof.certify import certify
 from .proof.energy import complementary_energy, energy_bracket, feasible, potential_energy
 from .proof.residuals import Residuals
 from .proof.status import Status
+from .solving.many import solve_many
 from .solving.solution import Solution
 from .solving.solve import solve
 from .solving.solver import Solver
@@ -70,5 +71,6 @@ __all__ = [
     "potential_energy",
     "profiles",
     "solve",
+    "solve_many",
     "trace",
 ]

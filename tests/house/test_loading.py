@@ -25,7 +25,8 @@ def unloaded_imports(tree):
         for node in ast.walk(function):
             names = [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
             names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            if HEAVY & {name.split(".")[0] for name in names} and not any(line < node.lineno for line in loads):
+            heavy = HEAVY & {name.split(".")[0] for name in names}
+            if isinstance(node, ast.stmt) and heavy and not any(line < node.lineno for line in loads):
                 yield node.lineno
 
 

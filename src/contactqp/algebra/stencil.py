@@ -285,6 +285,10 @@ class Stencil(LatticeStiffness):
         joined[2:, 1:-1] |= north
         return np.asarray(joined & ~self.padded_mask())
 
+    @property
+    def _arrays(self) -> tuple[NDArray[Any], ...]:
+        return self.mask, self.horizontal, self.vertical
+
     def tocsr(self) -> csr_array:
         """Assemble G as a sparse array with sorted column numbers."""
         load_modules("scipy.sparse")

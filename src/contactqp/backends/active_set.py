@@ -72,7 +72,7 @@ def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:
     if task.warm_start is not None:
         start = problem.project(task.warm_start)
         with np.errstate(over="ignore", invalid="ignore"):
-            if problem.objective(start) <= 0:
+            if float((0.5 * problem.stiffness.matvec(start) + problem.q) @ start) <= 0:
                 solver.omega = start
                 return
     start_on_lattice = None if problem.size <= DIRECT_SIZE else _lattice_start(problem, task)
