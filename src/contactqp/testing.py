@@ -53,7 +53,7 @@ def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, t
     ...     assert_complementary(cable, solution.gap + 0.1)
     ... except AssertionError as error:
     ...     print(error)
-    gap does not solve Cable(9 nodes, spacing=1, tension=1): certified bound 0.053 > 1e-06 of the gap scale
+    gap does not solve Cable(9 nodes, spacing=1, tension=1, load=1, support=2): certified bound 0.053 > 1e-06 of the gap scale
       worst node 1 (x=2, y=0): gap 0.1, reaction 0.5, min(gap, R/G_ii) = 0.1
       min gap 0.1, min reaction 0.1, gap·R 0.72
     """
@@ -145,7 +145,7 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
     ...     assert_encloses(solution, gap)
     ... except AssertionError as error:
     ...     print(error)
-    gap leaves the bounds of clarabel's answer to Cable(9 nodes, spacing=1, tension=1) at 1 of 9 nodes
+    gap leaves the bounds of clarabel's answer to Cable(9 nodes, spacing=1, tension=1, load=1, support=2) at 1 of 9 nodes
       node 8 (x=9, y=0): gap 0.75 is 0.25 above the upper bound 0.5
       expected: lower <= gap <= upper at every node
       The bounds are proven: gap solves another problem (compare loads, supports and the order of the nodes),
@@ -222,8 +222,8 @@ def assert_same_contact(first: Solution, second: Solution) -> Mask:
     ... except AssertionError as error:
     ...     print(error)
     contact sets differ at 2 of 9 nodes
-      first:  5 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1)
-      second: 7 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1)
+      first:  5 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1, load=1, support=4.5)
+      second: 7 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1, load=1, support=2)
       node 1 (x=2, y=0): free in the first (gap 0.5, reaction ...), in contact in the second (gap 0, reaction 0.5)
       node 7 (x=8, y=0): free in the first (gap 0.5, reaction ...), in contact in the second (gap 0, reaction 0.5)
       expected: the same at the 9 nodes that no certificate leaves undecided

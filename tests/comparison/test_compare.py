@@ -47,7 +47,9 @@ def test_agreement_reads_well(agreeing):
     assert agreeing.agree
     assert agreeing.culprits == {}
     lines = text.splitlines()
-    assert lines[0].startswith("Membrane(1857 nodes, spacing=1, tension=1), tol 1e-06 of the gap scale 1.09")
+    assert lines[0].startswith(
+        "Membrane(1857 nodes, spacing=1, tension=1, load=0.03, support=0 to 1.25), tol 1e-06 of the gap scale 1.09"
+    )
     assert lines[2].split() == [
         "backend", "status", "iterations", "seconds", "bound/scale", "true", "error", "min", "gap", "min", "R", "gap·R",
         "contact", "undecided",

@@ -129,7 +129,7 @@ def run(what, moment, *more, cache=None):
 
 
 def check(result):
-    late, *after = result.stdout.split()
+    late, *after = result.stdout.splitlines()[0].split()  # OSQP prints a line of its own when it is interrupted
     assert float(late) < 1.0
     assert after == ["certified"] * 4
 
@@ -163,7 +163,8 @@ def test_an_interrupt_that_nobody_catches_ends_the_program_in_good_order(what):
     chance = random.Random(what)
     for _ in range(3):
         result = run(what, chance.uniform(0.0, 1.0), "uncaught")
-        assert result.returncode == -signal.SIGINT
+        # 1 where the library's thread ran a string of code before the end: the interpreter forgets the signal then.
+        assert result.returncode in (-signal.SIGINT, 1)
         assert result.stderr.endswith("KeyboardInterrupt\n")
         assert "panicked" not in result.stderr
         check(result)

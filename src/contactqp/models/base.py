@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..foundation.cards import card
 from ..foundation.checks import Mask, Vector, read_only
+from ..foundation.text import span_of
 from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
 from ..problem.contact_qp import ContactQP
@@ -265,6 +267,26 @@ class ContactModel(ABC):
         down += self._frame_relief()
         reachable = float(np.minimum(np.maximum(depth, 0.0, out=depth), down, out=down).mean())
         return max(reachable + suction + summit, least_down) or None
+
+    @property
+    def _ranges(self) -> str:
+        """Ranges of load and support over the nodes, for a line of text."""
+        return f"load={span_of(self.load)}, support={span_of(self.support)}"
+
+    def _repr_html_(self) -> str:
+        units = self.units
+        parameters = {name: f"{value:g}" for name, value in self.parameters.items()}
+        unsupported = int(np.count_nonzero(~self.supported))
+        support = f"{span_of(self.support)} ({units['support']}, positive downwards)"
+        facts = {
+            "nodes": str(self.size),
+            "in plan": " x ".join(f"{side:g}" for side in self.extent),
+            **parameters,
+            "load": f"{span_of(self.load)} ({units['load']}, positive downwards)",
+            "support": support if unsupported < self.size else "none",
+            "unsupported": f"{unsupported} nodes" if unsupported else "",
+        }
+        return card(type(self).__name__, facts)
 
     def deflection(self, gap: Vector) -> Vector:
         """Return w = f - ω (length, positive downwards); without a support the frame's mean height stands for f."""

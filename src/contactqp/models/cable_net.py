@@ -93,7 +93,7 @@ class CableNet(ContactModel):
     ...     fixed=[1, 2, 3, 4],
     ... )
     >>> net
-    CableNet(1 node, 4 segments, 4 fixed points)
+    CableNet(1 node, 4 segments, 4 fixed points, load=1, support=0.1)
     >>> cq.solve(net).reaction.round(12)
     array([0.2])
     """
@@ -168,7 +168,7 @@ class CableNet(ContactModel):
         >>> import contactqp as cq
         >>> lattice = cq.Frame.rectangle(4, 4).lattice(spacing=1.0)
         >>> cq.CableNet.orthogonal(lattice, 1.0, load=1.0, support=0.9)
-        CableNet(9 nodes, 24 segments, 12 fixed points)
+        CableNet(9 nodes, 24 segments, 12 fixed points, load=1, support=0.9)
         """
         if not isinstance(lattice, Lattice):
             raise TypeError(
@@ -395,7 +395,8 @@ class CableNet(ContactModel):
         unsupported = int(np.count_nonzero(~self.supported))
         counted = [(self.size, "node"), (len(self.segments), "segment"), (self.fixed.size, "fixed point")]
         parts = [f"{count} {noun}{'' if count == 1 else 's'}" for count, noun in counted]
-        return f"{type(self).__name__}({', '.join(parts)}{f', {unsupported} unsupported' if unsupported else ''})"
+        note = f", {unsupported} unsupported" if unsupported else ""
+        return f"{type(self).__name__}({', '.join(parts)}, {self._ranges}{note})"
 
 
 def _pairs(one: Numbers, other: Numbers, nodes: int) -> Numbers:

@@ -40,7 +40,7 @@ class Membrane(LatticeModel):
     >>> lattice = cq.Frame.rectangle(4, 4).lattice(spacing=1.0)
     >>> membrane = cq.Membrane(lattice, tension=1.0, load=1.0, support=0.9)
     >>> membrane
-    Membrane(9 nodes, spacing=1, tension=1)
+    Membrane(9 nodes, spacing=1, tension=1, load=1, support=0.9)
     >>> solution = cq.solve(membrane, backend="clarabel")
     >>> int(solution.contact.sum())
     1

@@ -178,7 +178,7 @@ class LatticeModel(ContactModel):
         unsupported = int(np.count_nonzero(~self.supported))
         note = f", {unsupported} unsupported" if unsupported else ""
         nodes = f"{self.lattice.size} nodes, spacing={self.lattice.spacing:g}"
-        return f"{type(self).__name__}({nodes}, tension={self.tension:g}{note})"
+        return f"{type(self).__name__}({nodes}, tension={self.tension:g}, {self._ranges}{note})"
 
 
 def _ends(points: Mask, axis: int) -> tuple[Mask, Mask]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..foundation.brackets import Bracket
+from ..foundation.cards import card
 from ..foundation.checks import Vector, positive_number
 from ..foundation.loading import load_modules
 from ..models.base import ContactModel
@@ -177,8 +178,18 @@ class LoadPath:
         others = len(self.findings) - 1
         return self.findings[0] + (f"; and {others} more finding{'s' if others > 1 else ''}" if others else "")
 
+    def _repr_html_(self) -> str:
+        facts = {"model": repr(self.model), "monotonicity": self.verdict}
+        table = self._told.to_html(float_format=lambda number: f"{number:.4g}")
+        return card(f"LoadPath of {len(self.solutions)} {self.parameter}s", facts, table)
+
+    @property
+    def _told(self) -> pd.DataFrame:
+        """The columns that fit into a window."""
+        return self.to_frame()[["status", "relative_bound", "contact", "undecided", "max_deflection", "iterations"]]
+
     def __repr__(self) -> str:
-        table = self.to_frame()[["status", "relative_bound", "contact", "undecided", "max_deflection", "iterations"]]
+        table = self._told
         text = table.to_string(float_format=lambda number: f"{number:.4g}")
         return f"LoadPath({self.model!r}, {len(self.solutions)} {self.parameter}s)\n{text}\n{self.verdict}"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
@@ -41,6 +41,9 @@ _SHARP_ON_LATTICES = 100_000
 
 SLOPE_LIMIT = 0.2
 """Above this slope the hypothesis of small deformations, (c) of the paper, is worth a remark."""
+
+_WORTH_TELLING = 0.05
+"""Seconds of loading and compiling that a solution tells of."""
 
 _LIMITS = {
     Stop.DONE: None,
@@ -475,29 +478,46 @@ class Solution:
 
         return plot_solution(self)
 
+    def _repr_html_(self) -> str:
+        from ..plotting.cards import solution_card
+
+        facts = dict[str, str]()
+        for name, fact in self._facts():
+            facts[name] = f"{facts[name]}; {fact}" if name in facts else fact
+        return solution_card(self, facts | {"time": self._time, "iterations": self._count_of_iterations})
+
+    @property
+    def _count_of_iterations(self) -> str:
+        return f"{self.iterations} {self.iteration_unit}{'' if self.iterations == 1 else 's'}"
+
+    @property
+    def _time(self) -> str:
+        loading = self.loading_seconds
+        return f"{self.seconds:.3g} s" + (f" and {loading:.2g} s of loading" if loading > _WORTH_TELLING else "")
+
     def __repr__(self) -> str:
-        subject = repr(self.problem if self.model is None else self.model)
-        lines = [
-            f"Solution by {self.backend}: {self.status.value}, "
-            f"{self.iterations} {self.iteration_unit}{'' if self.iterations == 1 else 's'}, {self.seconds:.3g} s",
-            f"  problem     {subject}",
-        ]
+        head = f"Solution by {self.backend}: {self.status.value}, {self._count_of_iterations}, {self._time}"
+        return "\n".join([head, *(f"  {name:<11} {fact}" for name, fact in self._facts())])
+
+    def _facts(self) -> Iterator[tuple[str, str]]:
+        """Yield what there is to tell, one line each, by its name."""
+        yield "problem", repr(self.problem if self.model is None else self.model)
         relative = f"{at_most(self.relative_bound, 1)} of the gap scale; tol {self.tol:g}"
         if self.certificate is not None:
             proof = "weaker bound, no M-matrix" if self.certificate.weaker else "certified"
-            lines.append(f"  gap error   <= {at_most(self.certificate.gap_bound)} ({proof}), {relative}")
+            yield "gap error", f"<= {at_most(self.certificate.gap_bound)} ({proof}), {relative}"
             certain, clear = (int(np.count_nonzero(m)) for m in (self.certificate.contact, self.certificate.clear))
             undecided = int(np.count_nonzero(self.certificate.undecided))
-            lines.append(f"  nodes       {certain} in contact, {clear} clear, {undecided} undecided")
+            yield "nodes", f"{certain} in contact, {clear} clear, {undecided} undecided"
         elif self.residuals is not None:
             residual = f"{self.residuals.natural_residual:.2g} (natural), {relative}"
-            lines.append(f"  residual    {residual}; no enclosure is known for this matrix")
+            yield "residual", f"{residual}; no enclosure is known for this matrix"
         if self.residuals is not None and self.model is not None and self.max_slope > SLOPE_LIMIT:
-            lines.append(f"  caution     largest slope {self.max_slope:.2g}: the theory assumes small slopes")
-        lines += [f"  finding     {finding}" for finding in self.findings]
+            yield "caution", f"largest slope {self.max_slope:.2g}: the theory assumes small slopes"
+        for finding in self.findings:
+            yield "finding", finding
         if self.note:
-            lines.append(f"  note        {self.note}")
+            yield "note", self.note
         if not self.status.ok:
-            lines.append(f"  {self.backend} said   {self.termination}")
-            lines.append(f"  advice      {self.status.advice}")
-        return "\n".join(lines)
+            yield f"{self.backend} said", self.termination
+            yield "advice", self.status.advice
