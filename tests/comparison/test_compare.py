@@ -71,7 +71,7 @@ def test_json_can_be_read_back(agreeing):
 
 
 def test_json_has_no_infinities():
-    comparison = cq.compare(cq.Membrane(HEXAGON.lattice, 1.0, 0.1, np.inf), ["psor"])
+    comparison = cq.compare(cq.Membrane(HEXAGON.lattice, 1.0, load=0.1, support=np.inf), ["psor"])
     assert json.loads(comparison.to_json())["backends"][0]["min_gap"] is None
 
 

@@ -336,7 +336,7 @@ def test_nested_iteration_alone_is_as_accurate_as_the_discretisation():
 
 def test_without_a_support_it_solves_the_linear_problem():
     model = cq.gallery.bowl(63)
-    free = cq.Membrane(model.lattice, 1.0, 8.0, np.inf)
+    free = cq.Membrane(model.lattice, 1.0, load=8.0, support=np.inf)
     solution = cq.solve(free, "multigrid", tol=1e-11)
     np.testing.assert_allclose(solution.deflection, linalg.spsolve(free.problem.G.tocsc(), free.nodal_load), rtol=1e-9)
 

@@ -159,5 +159,5 @@ def test_other_nodes_are_refused(solution):
     finer = cq.solve(cq.Cable(nodes=9, spacing=0.5, tension=1.0, load=1.0, support=0.5))
     with pytest.raises(ValueError, match=r"got node 0 \(x=1, y=0\) and node 0 \(x=0.5, y=0\)"):
         assert_same_contact(solution, finer)
-    with pytest.raises(TypeError, match="second must be a Solution, got ndarray"):
+    with pytest.raises(TypeError, match="must be boolean, got dtype float64"):
         assert_same_contact(solution, solution.gap)

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.cards import card
-from ..foundation.checks import Mask, Vector, read_only
+from ..foundation.checks import Mask, Vector, read_only, vector
 from ..foundation.text import span_of
+from ..geometry.fields import is_dataarray
 from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
 from ..problem.contact_qp import ContactQP
@@ -314,3 +315,40 @@ def split(problem: ContactQP | ContactModel) -> tuple[ContactModel | None, Conta
     if isinstance(problem, ContactQP):
         return None, problem
     raise TypeError(f"problem must be a Membrane, a Cable, a CableNet or a ContactQP, got {type(problem).__name__}")
+
+
+def at_unknowns(problem: ContactQP | ContactModel, values: Any, name: str, *, copied: bool = True) -> Vector:
+    """Return a finite value for each unknown, shape (n,), however a program lays them out.
+
+    Parameters
+    ----------
+    problem : Membrane, Cable, CableNet or ContactQP
+    values : array, xarray.DataArray, Solution, or xarray.Dataset
+        A vector in node order; on a lattice an array of its shape, of which the entries that are no nodes may be
+        anything or be masked, or a DataArray with the dims y and x; of a solution or a dataset its ``gap``.
+    name : str
+        The argument's name, for messages.
+    copied : bool
+        Whether the vector is a new one, whatever was given.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the values have the wrong kind or shape or are not finite.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> lattice = cq.Lattice.from_mask([[True, False], [True, True]], spacing=1.0)
+    >>> membrane = cq.Membrane(lattice, tension=1.0, load=1.0, support=0.1)
+    >>> at_unknowns(membrane, [[0.1, np.nan], [0.2, 0.3]], "gap")
+    array([0.1, 0.2, 0.3])
+    """
+    model, algebra = split(problem)
+    if not isinstance(values, np.ndarray):
+        values = getattr(values, "gap", values)
+    if model is not None and (is_dataarray(values) or np.ndim(values) == 2):
+        values = model.at_nodes(values, name)
+    elif algebra.stencil is not None and np.ndim(values) == 2:
+        values = algebra.stencil.numbering.to_vector(np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan))
+    return vector(values, algebra.size, name, copied=copied)

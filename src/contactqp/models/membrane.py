@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..foundation.checks import positive_number
+from ..foundation.keywords import by_name_after
 from ..geometry.fields import FieldLike
 from ..geometry.lattice import Lattice
 from .on_lattice import LatticeModel
@@ -49,8 +50,9 @@ class Membrane(LatticeModel):
     _load_unit = "force per area"
     _pressure_unit = "force per area"
 
+    @by_name_after(2, "load", "support", "frame_height")
     def __init__(
-        self, lattice: Lattice, tension: float, load: FieldLike, support: FieldLike, frame_height: FieldLike = 0.0
+        self, lattice: Lattice, tension: float, *, load: FieldLike, support: FieldLike, frame_height: FieldLike = 0.0
     ) -> None:
         tension = positive_number(tension, "tension")
         spacing = lattice.spacing if isinstance(lattice, Lattice) else 1.0
