@@ -22,6 +22,7 @@ from importlib import import_module
 from types import ModuleType
 
 from . import gallery, profiles
+from . import plotting as _plotting  # noqa: F401  (pictures are registered by it)
 from ._version import __version__ as __version__
 from .algebra.stencil import Stencil
 from .backends import backend_names

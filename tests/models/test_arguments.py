@@ -30,7 +30,7 @@ def test_load_and_support_by_position_are_warned_of():
 
 def test_what_is_wrong_with_arguments_by_position_is_told():
     with pytest.raises(TypeError, match="at most 5 arguments, got 6"):
-        cq.Membrane(*(LATTICE, 1.0, 0.3, 1.0, 0.0, 0.0))
+        cq.Membrane(*[LATTICE, 1.0, 0.3, 1.0, 0.0, 0.0])
     with pytest.raises(TypeError, match="two values for load"):
         cq.Membrane(*(LATTICE, 1.0, 0.3), load=1.0, support=1.0)
 

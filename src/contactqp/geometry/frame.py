@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, finite_number, positive_number
 from ..foundation.loading import load_modules
+from ..foundation.pictures import UnitNames, Wanted, drawn
 from .lattice import Lattice
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from shapely.geometry.base import BaseGeometry
 
 Point = tuple[float, float]
@@ -203,6 +205,21 @@ class Frame:
                 f"choose a spacing well below {min(right - left, top - bottom):g}"
             )
         return Lattice(mask, spacing, (float(x[0]), float(y[0])))
+
+    def plot(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw the frame: the contour and what it encloses.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own to draw into; by default there is a new figure, which shows itself in a notebook.
+        title : str, optional
+            Headline in place of the picture's own.
+        units : str, optional
+            Unit of length for labels.
+        """
+        figure: Figure = drawn(self, Wanted(ax, None, title, units))
+        return figure
 
     def __or__(self, other: Frame) -> Frame:
         joined = _closed(self.geometry.union(other.geometry))

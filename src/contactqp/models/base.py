@@ -5,18 +5,22 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.cards import card
 from ..foundation.checks import Mask, Vector, read_only, vector
+from ..foundation.pictures import UnitNames, Wanted, drawn, drawn_in_space
 from ..foundation.text import span_of
 from ..geometry.fields import is_dataarray
 from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
 from ..problem.contact_qp import ContactQP
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -137,7 +141,7 @@ class ContactModel(ABC):
     @property
     @abstractmethod
     def units(self) -> dict[str, str]:
-        """Units of the model's quantities in words, by name."""
+        """UnitNames of the model's quantities in words, by name."""
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -268,6 +272,44 @@ class ContactModel(ABC):
         down += self._frame_relief()
         reachable = float(np.minimum(np.maximum(depth, 0.0, out=depth), down, out=down).mean())
         return max(reachable + suction + summit, least_down) or None
+
+    def plot(
+        self, ax: Any = None, *, section: float | None = None, title: str | None = None, units: UnitNames = ""
+    ) -> Figure:
+        """Draw the model before it is solved: frame, support and load, with their directions.
+
+        Ordinates are drawn positive downwards, and arrows show where the load points. A membrane's map shows which way
+        the rows of arrays are counted, and where there is no support. The figure shows itself in a notebook; elsewhere
+        use ``figure.savefig``.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own to draw into; by default there is a new figure.
+        section : float, optional
+            Ordinate y of the section (length); the nearest row is drawn. By default the middle one.
+        title : str, optional
+            Headline in place of the picture's own.
+        units : str or mapping, optional
+            Unit of length for labels, as ``"m"``, or ``{"length": "m", "force": "kN"}``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        figure: Figure = drawn(self, Wanted(ax, section, title, units))
+        return figure
+
+    def plot3d(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw a membrane's frame and support in space, see `plot`; ``ax`` must be axes in space.
+
+        Raises
+        ------
+        TypeError
+            If the model is no membrane.
+        """
+        figure: Figure = drawn_in_space(self, Wanted(ax, None, title, units))
+        return figure
 
     @property
     def _ranges(self) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
+from ..foundation.pictures import PLAIN, Wanted
 from ..models.cable_net import CableNet
 from ..models.records import NodeState
 from .states import STATE_COLOURS, draw_legend_of_states, seen
@@ -28,7 +29,7 @@ _SEGMENT_COLOURS = STATE_COLOURS | {NodeState.CLEAR: BLUE}
 
 
 @answer_figure.register(CableNet)
-def _plan_and_space(net: CableNet, solution: Answered) -> Figure:
+def _plan_and_space(net: CableNet, solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     figure = new_figure(12.5, map_height(net.extent) + 1.0)
     left, right = two_halves(figure)
     draw_answer(net, left, solution)
@@ -92,12 +93,16 @@ def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
         axes.legend(loc="upper left", frameon=False, fontsize="small")
 
 
+def draw_net(axes: Axes, net: CableNet) -> None:
+    """Draw segments and fixed points in plan."""
+    _draw_lines(axes, net.positions[net.segments], GROUND, 0.8)
+    _draw_fixed(axes, net)
+
+
 @draw_values.register(CableNet)
 def _draw_values(net: CableNet, axes: Axes, values: Vector, norm: Normalize) -> ScalarMappable:
-    _draw_lines(axes, net.positions[net.segments], GROUND, 0.8)
-    picture = scatter_values(axes, net, values, norm)
-    _draw_fixed(axes, net)
-    return picture
+    draw_net(axes, net)
+    return scatter_values(axes, net, values, norm)
 
 
 def _draw_fixed(axes: Axes, net: CableNet) -> Any:

@@ -6,15 +6,16 @@ import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from ..backends.base import Backend, State, Stop
 from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
-from ..foundation.checks import Mask, Vector, read_only
+from ..foundation.checks import Mask, Vector, one_of, read_only
 from ..foundation.loading import loading_seconds, working_seconds
+from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.progress import Progress
 from ..foundation.text import at_most
 from ..methods.factors import DIRECT_SIZE
@@ -466,17 +467,63 @@ class Solution:
 
         return solution_dataset(self, self._physical("to_dataset"))
 
-    def plot(self) -> Figure:
+    def plot(
+        self,
+        ax: Any = None,
+        *,
+        kind: Literal["map", "surface"] = "map",
+        section: float | None = None,
+        title: str | None = None,
+        units: UnitNames = "",
+    ) -> Figure:
         """Draw the contact map and the middle section with support, deflection and reaction.
 
         The certain states have their own colours: in contact, clear, undecided; a line marks the free boundary.
         A cable has a section only, a cable net its plan and a view in space, and a bare `ContactQP` its gaps and
-        reactions, sorted. The figure shows itself in a
-        notebook; elsewhere use ``figure.savefig``.
+        reactions, sorted. The figure shows itself in a notebook; elsewhere use ``figure.savefig``.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own to draw into: the map, or a cable's shape, alone. By default there is a new figure.
+        kind : {"map", "surface"}
+            ``"surface"`` is a view of a membrane in space, see `plot3d`.
+        section : float, optional
+            Ordinate y of the section (length); the nearest row is drawn. By default the middle one.
+        title : str, optional
+            Headline in place of the picture's own.
+        units : str or mapping, optional
+            Unit of length for labels, as ``"m"``, or ``{"length": "m", "force": "kN"}``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
         """
         from ..plotting.answers import plot_solution
 
-        return plot_solution(self)
+        one_of(kind, ("map", "surface"), "kind")
+        if kind == "surface":
+            return self.plot3d(ax, title=title, units=units)
+        return plot_solution(self, Wanted(ax, section, title, units))
+
+    def plot3d(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw a membrane's deflection over its support in space, with what is in contact in its own colour.
+
+        Parameters
+        ----------
+        ax : matplotlib axes in space, optional
+            By default there is a new figure.
+        title, units
+            See `plot`.
+
+        Raises
+        ------
+        TypeError
+            If it is no membrane's solution, or ``ax`` is not in space.
+        """
+        from ..plotting.answers import plot_in_space
+
+        return plot_in_space(self, Wanted(ax, None, title, units))
 
     def _repr_html_(self) -> str:
         from ..plotting.cards import solution_card
