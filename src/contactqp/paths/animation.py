@@ -69,7 +69,6 @@ def animated(
         name, solution = answers[k]
         for axes in figure.axes:
             axes.clear()
-        figure.legends.clear()
         _draw(model, figure, solution, wanted)
         figure.axes[-1].set_ylim(high + margin, low - margin)
         with_units(figure.axes, wanted)

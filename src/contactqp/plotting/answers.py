@@ -31,7 +31,8 @@ def plot_solution(solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     subject = subject_of(solution)
     if wanted.ax is not None:
         draw_into(subject, wanted.ax, solution, wanted)
-        wanted.ax.set_title(_headline(solution) if wanted.title is None else wanted.title, fontsize="medium")
+        text = _headline(solution).split(",")[0] if wanted.title is None else wanted.title
+        wanted.ax.set_title(text, fontsize="medium")
         with_units([wanted.ax], wanted)
         return figure_of(wanted.ax)
     figure = answer_figure(subject, solution, wanted)

@@ -47,7 +47,7 @@ def _net(net: CableNet, wanted: Wanted) -> Figure:
 def _map_and_section(model: LatticeModel, wanted: Wanted) -> Figure:
     if wanted.ax is not None:
         _draw_support(wanted.ax, model, wanted)
-        finish(wanted.ax, wanted, _headline(model, wanted))
+        finish(wanted.ax, wanted, f"{type(model).__name__}, {model.size} nodes")
         return figure_of(wanted.ax)
     figure = new_figure(12.5, map_height(model.extent) + 1.0)
     left, right = two_halves(figure)
@@ -94,7 +94,7 @@ def draw_before(axes: Axes, model: LatticeModel, row: int, wanted: Wanted) -> No
     _draw_load(axes, x, model.load[number], low - 0.08 * depth, 0.3 * depth)
     axes.set_ylim(high + 0.15 * depth, top)
     axes.set(xlabel=wanted.label("x"), ylabel=wanted.label("ordinate, positive downwards"))
-    axes.legend(loc="best", frameon=False, fontsize="small")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, frameon=False, fontsize="small")
     tidy(axes)
 
 

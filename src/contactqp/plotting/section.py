@@ -90,4 +90,5 @@ def draw_shape(
     axes.set_ylim(high + margin, low - margin)
     axes.legend(loc="best", frameon=False, fontsize="small")
     axes.set(ylabel="ordinate, downwards", title="Section")
+    tidy(axes)
     return node_x, number

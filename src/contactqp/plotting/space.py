@@ -59,7 +59,7 @@ def _laid(membrane: Membrane, values: NDArray[Any]) -> NDArray[Any]:
 def _axes(wanted: Wanted) -> Any:
     load_modules("mpl_toolkits.mplot3d.axes3d")
     if wanted.ax is None:
-        return new_figure(8.5, 6.2).add_subplot(projection="3d")
+        return new_figure(7.5, 5).add_subplot(projection="3d")
     if getattr(wanted.ax, "name", "") != "3d":
         raise TypeError('ax must be axes in space; make them by figure.add_subplot(projection="3d")')
     return wanted.ax
@@ -103,7 +103,7 @@ def _draw_frame(axes: Any, membrane: Membrane) -> None:
 def _finish(axes: Any, wanted: Wanted) -> None:
     axes.invert_zaxis()
     axes.set(xlabel=wanted.label("x"), ylabel=wanted.label("y"), zlabel=wanted.label("ordinate, downwards"))
-    axes.set_box_aspect((1, 1, 0.5), zoom=0.92)
+    axes.set_box_aspect((1, 1, 0.5), zoom=1.1)
     axes.view_init(elev=32, azim=-60)
     axes.tick_params(labelsize="small")
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):

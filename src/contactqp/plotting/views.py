@@ -77,6 +77,13 @@ def draw_into(subject: ContactModel | ContactQP, axes: Axes, solution: Answered,
 def _draw_map_into(model: ContactModel, axes: Axes, solution: Answered, wanted: Wanted) -> None:
     state, proven = seen(solution)
     draw_states(model, axes, state, solution.contact, proven)
+    # The legend belongs below these axes, not below a figure that may hold others.
+    figure: Any = axes.get_figure(root=False)
+    legend = figure.legends[-1]
+    legend.remove()
+    names = [text.get_text() for text in legend.get_texts()]
+    place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "frameon": False, "fontsize": "small"}
+    axes.legend(legend.legend_handles, names, ncols=2, **place)
 
 
 @singledispatch
