@@ -112,6 +112,7 @@ def paper(
 ) -> None:
     """Solve the paper's hexagon at the ten loads of its Table 1, and write table and figures into a folder.
 
+    The paper: Analysis of membranes stretched over a unilateral support, of the 1970s.
     The rigid surface is a surrogate consistent with Table 1, not a reproduction.
 
     Exit code 0: all certified, contact sets nested and the same by all backends; 1: not; 2: bad input.
