@@ -127,3 +127,23 @@ def test_clarabel_gets_a_row_for_every_bound_and_none_else(monkeypatch):
     )
     assert [(type(cone).__name__, cone.dim) for cone in cones] == [("ZeroConeT", 1), ("NonnegativeConeT", 4)]
     np.testing.assert_allclose(solution.gap, [0.5, 0.5, 2.0, -0.5, 0.5], atol=1e-6)
+
+
+@pytest.mark.parametrize("backend", ["psor", "multigrid", "active-set", "osqp"])
+def test_lower_bounds_above_zero_on_a_lattice(backend):
+    """Nothing pushes as hard as the bound holds: every gap is at it."""
+    stencil = cq.Stencil(np.ones((12, 12), dtype=bool), 1.0, 1.0)
+    solution = cq.solve(cq.ContactQP(stencil, np.full(stencil.size, -0.001), lower=0.5), backend)
+    dense = cq.ContactQP(stencil.tocsr().toarray(), np.full(stencil.size, -0.001), lower=0.5)
+    exact = cq.solve(dense, "clarabel", tol=1e-9)
+    assert solution.status == "certified"
+    np.testing.assert_allclose(solution.gap, exact.gap, atol=1e-5)
+
+
+@pytest.mark.parametrize("given_as", ["stencil", "matrix"])
+def test_lower_bounds_above_zero_on_a_large_lattice(given_as):
+    stencil = cq.Stencil(np.ones((70, 70), dtype=bool), 1.0, 1.0)
+    problem = cq.ContactQP(stencil if given_as == "stencil" else stencil.tocsr(), np.full(4900, -0.01), lower=0.5)
+    solution = cq.solve(problem)
+    assert solution.status == "certified"
+    assert (solution.gap >= 0.5).all()

@@ -122,3 +122,19 @@ def test_a_path_takes_fewer_cycles_than_cold_solves():
     path = cq.trace(model, loads=loads, backend="multigrid", cold=True)
     warm, cold = (np.sum(count[3:]) for count in (path.to_frame()["iterations"], path.to_frame()["cold_iterations"]))
     assert warm < cold
+
+
+def test_a_step_that_is_lost_in_rounding_does_not_end_a_session():
+    q = np.array([-1.0, 3.0])
+    solver = cq.Solver(cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], q))
+    for factor in (1.0, 0.0, 1e-17, 1.0):
+        solution = solver.solve(q=factor * q)
+        np.testing.assert_allclose(solution.gap, [0.5 * factor, 0.0], rtol=1e-12)
+
+
+def test_a_way_there_and_back_has_no_parabola():
+    base = np.linspace(-1.0, 3.0, 40)
+    problem = cq.ContactQP(np.eye(40), -base)
+    trail = trail_of(problem, *(-base - factor for factor in (1.0, 2.0, 1.0)))
+    gap, _ = trail.predicted(problem.with_forces(-base - 0.5))
+    assert np.abs(gap - np.maximum(base + 0.5, 0.0)).max() < 1.0

@@ -41,16 +41,15 @@ class Bordered:
         if len(changed) > _MOST_BORDERS:
             self._factorise()
             return
-        for node in nodes.tolist():
-            if node in changed:
-                self._columns[:, len(self._borders)] = self._column(node)
-                self._borders.append(node)
-            else:
-                # The last border takes the place of the one that is given up.
-                place, last = self._borders.index(node), len(self._borders) - 1
-                self._columns[:, place] = self._columns[:, last]
-                self._borders[place] = self._borders[last]
-                self._borders.pop()
+        for node in [node for node in nodes.tolist() if node not in changed]:
+            # The last border takes the place of the one that is given up.
+            place, last = self._borders.index(node), len(self._borders) - 1
+            self._columns[:, place] = self._columns[:, last]
+            self._borders[place] = self._borders[last]
+            self._borders.pop()
+        for node in [node for node in nodes.tolist() if node in changed]:
+            self._columns[:, len(self._borders)] = self._column(node)
+            self._borders.append(node)
 
     def gap(self) -> Vector:
         """Return x on F and 0 elsewhere, for each column of the forces, shape (n, 2)."""

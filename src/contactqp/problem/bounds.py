@@ -150,6 +150,8 @@ class Bounds:
         found = Bounds(*(read_only((bound - origin) / length) for bound in (self.lower, self.upper)))
         # A bound that is counted from elsewhere may become zero, but it may as well be looked up.
         found.kinds, found._known_layout = self.kinds, self._known_layout
+        # Kernels are told the bounds wherever a node's kind says that it has some.
+        found.standard = False
         return found
 
     @cached_property

@@ -64,7 +64,7 @@ class Trail:
             if step is None:
                 self._answers, self._direction, step = self._answers[-1:], problem.q - self._forces, 1.0
             place = self._answers[-1].place + step
-            if step == 0:
+            if place == self._answers[-1].place:
                 self._answers.pop()
         self._answers = [*self._answers[1 - _KEPT :], _Answer(place, gap, problem.bounds)]
         self._forces, self._next = problem.q, None
@@ -97,7 +97,7 @@ class Trail:
         gained = int(np.count_nonzero(last.contact)) - int(np.count_nonzero(before.contact))
         grows = steps * gained >= 0
         root = _beyond(before.root, last.root, steps)
-        if grows and len(self._answers) == _KEPT:
+        if grows and len({answer.place for answer in self._answers}) == _KEPT:
             parabola = self._parabola(last.place + step)
             parabola[root <= 0] = 0.0
             root = parabola
