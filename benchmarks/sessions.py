@@ -71,7 +71,7 @@ def small(repeat: int) -> None:
         100 * repeat,
         lambda: [solver.solve(q=q) for q in forces],
         lambda: cq.solve(problem),
-        lambda: cq.solve(cq.Membrane(lattice, 1.0, 0.05, 2.0)),
+        lambda: cq.solve(cq.Membrane(lattice, 1.0, load=0.05, support=2.0)),
     )
     print(f"small      2 unknowns: {500 * session:.2f} ms in a session, {1e3 * single:.2f} ms by solve; ", end="")
     print(f"{lattice.size} nodes built and solved: {1e3 * square:.1f} ms")

@@ -142,7 +142,7 @@ def linear_amg(nodes: int, repeat: int) -> None:
 
 def own_linear(nodes: int, repeat: int) -> None:
     model = bowl(nodes)
-    free = cq.Membrane(model.lattice, model.tension, model.load, np.inf)
+    free = cq.Membrane(model.lattice, model.tension, load=model.load, support=np.inf)
     contact, linear = in_turn(
         repeat, lambda: certified(model, "multigrid", 1e-8), lambda: certified(free, "multigrid", 1e-8)
     )

@@ -38,7 +38,7 @@ def _load(x, y):
 def models_under_ceilings():
     """Return a membrane, a cable and a net with nodes on either bound, and free ones; all have 0.1 to the support."""
     lattice = cq.Frame.rectangle(8.0, 3.0).lattice(0.5)
-    membrane = MembraneUnderCeiling(lattice, 1.0, _load, 0.1)
+    membrane = MembraneUnderCeiling(lattice, 1.0, load=_load, support=0.1)
     cable = CableUnderCeiling(8.0, spacing=0.5, tension=1.0, load=_load, support=0.1, start=-4.0)
     net = NetUnderCeiling.orthogonal(lattice, 0.5, load=lambda x, y: 0.25 * _load(x, y), support=0.1)
     return [membrane, cable, net]

@@ -79,9 +79,9 @@ def enumerate_solution(problem: cq.ContactQP) -> np.ndarray:
 def touching_softly(nodes: int, factor: float) -> cq.Membrane:
     """Return a membrane whose support follows the free deflection and is left with the fourth power of the radius."""
     lattice = cq.Frame.rectangle(1.0, 1.0, center=(0.5, 0.5)).lattice(spacing=1 / (nodes + 1))
-    free = cq.solve(cq.Membrane(lattice, 1.0, 4.0, np.inf), "multigrid", tol=1e-11).deflection
+    free = cq.solve(cq.Membrane(lattice, 1.0, load=4.0, support=np.inf), "multigrid", tol=1e-11).deflection
     square = (lattice.node_x - 0.5) ** 2 + (lattice.node_y - 0.5) ** 2
-    return cq.Membrane(lattice, 1.0, 4.0, lattice.scatter(free + factor * (square**2 - 1e-4), fill=1.0))
+    return cq.Membrane(lattice, 1.0, load=4.0, support=lattice.scatter(free + factor * (square**2 - 1e-4), fill=1.0))
 
 
 def altered(solution: cq.Solution, **changes: object) -> cq.Solution:

@@ -1,9 +1,28 @@
 """Membranes and cables over rigid obstacles, solved by any backend by name, every answer with a certified error.
 
+A frame is covered by a lattice of nodes; load and support make it a model; a solution tells what it is worth::
+
+    import contactqp as cq
+
+    lattice = cq.Frame.rectangle(4, 4).lattice(spacing=0.25)
+    membrane = cq.Membrane(lattice, tension=1.0, load=1.0, support=0.5)
+    solution = cq.solve(membrane)
+    solution.plot().savefig("membrane.png")
+
+Heights, deflections and loads are positive downwards.
+
+Models: `Membrane`, `Cable`, `CableNet`, and `ContactQP` for a matrix of your own. Solving: `solve`, `solve_many`,
+`Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load). Proofs:
+`certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts it.
+
 PYTEST_DONT_REWRITE: pytest marks all that a wheel with a plugin holds, and warns of what was imported too early.
 """
 
+from importlib import import_module
+from types import ModuleType
+
 from . import gallery, profiles
+from . import plotting as _plotting  # noqa: F401  (pictures are registered by it)
 from ._version import __version__ as __version__
 from .algebra.stencil import Stencil
 from .backends import backend_names
@@ -32,6 +51,7 @@ from .proof.certify import certify
 from .proof.energy import complementary_energy, energy_bracket, feasible, potential_energy
 from .proof.residuals import Residuals
 from .proof.status import Status
+from .solving.many import solve_many
 from .solving.solution import Solution
 from .solving.solve import solve
 from .solving.solver import Solver
@@ -70,5 +90,20 @@ __all__ = [
     "potential_energy",
     "profiles",
     "solve",
+    "solve_many",
     "trace",
 ]
+
+_PUBLIC = sorted([*__all__, "testing", "__version__", "__doc__", "__all__", "__file__", "__name__", "__path__"])
+
+
+def __dir__() -> list[str]:
+    """Return what is public, for completion: the modules that the package is built of stand in folders of their own."""
+    return _PUBLIC
+
+
+def __getattr__(name: str) -> ModuleType:
+    """Import `contactqp.testing` where it is first asked for."""
+    if name == "testing":
+        return import_module(".testing", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .comparison.compare import compare
 from .comparison.comparison import Comparison
-from .foundation.checks import Mask, Vector, finite_number, open_interval, vector
+from .foundation.checks import Mask, Vector, finite_number, open_interval
 from .foundation.text import at_upper_bound
-from .models.base import ContactModel
+from .models.base import ContactModel, at_unknowns
 from .problem.contact_qp import ContactQP
 from .proof.certificate import Certificate
 from .proof.judge import Verdict, judge
@@ -30,8 +31,8 @@ def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, t
     Parameters
     ----------
     problem : Membrane, Cable, CableNet or ContactQP
-    gap : array, shape (n,)
-        The claimed solution ω (length), from any program.
+    gap : array, shape (n,), or xarray.DataArray, or Solution
+        The claimed solution ω (length), from any program; on a lattice also an array of its shape.
     tol : float
         As for `contactqp.solve`.
 
@@ -55,13 +56,14 @@ def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, t
     ...     assert_complementary(cable, solution.gap + 0.1)
     ... except AssertionError as error:
     ...     print(error)
-    gap does not solve Cable(9 nodes, spacing=1, tension=1): certified bound 0.053 > 1e-06 of the gap scale
+    gap does not solve Cable(9 nodes, spacing=1, tension=1, load=1, support=2):
+    certified bound 0.053 > 1e-06 of the gap scale
       worst node 1 (x=2, y=0): gap 0.1, reaction 0.5, min(gap, R/G_ii) = 0.1
       min gap 0.1, min reaction 0.1, gap·R 0.72
     """
     __tracebackhide__ = True  # pytest then points at the line of the test
     algebra = problem.problem if isinstance(problem, ContactModel) else problem
-    omega, bounds = vector(gap, algebra.size, "gap"), algebra.bounds
+    omega, bounds = at_unknowns(problem, gap, "gap"), algebra.bounds
     verdict = judge(algebra, omega, open_interval(tol, 0.0, 1.0, "tol"))
     if verdict.status.ok:
         return verdict
@@ -130,8 +132,8 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
     certificate : Certificate or Solution
         The bounds. A solution knows its status and its nodes too, so that messages can give coordinates; of a
         certificate alone nobody knows how narrow it was to be.
-    gap : array, shape (n,)
-        The reference ω (length): an exact solution, or another program's.
+    gap : array, shape (n,), or xarray.DataArray, or Solution
+        The reference ω (length): an exact solution, or another program's; on a lattice also an array of its shape.
     slack : float
         How wrong ``gap`` itself may be (length), >= 0; it widens the bounds.
 
@@ -155,7 +157,8 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
     ...     assert_encloses(solution, gap)
     ... except AssertionError as error:
     ...     print(error)
-    gap leaves the bounds of clarabel's answer to Cable(9 nodes, spacing=1, tension=1) at 1 of 9 nodes
+    gap leaves the bounds of clarabel's answer to Cable(9 nodes, spacing=1, tension=1, load=1, support=2)
+    at 1 of 9 nodes
       node 8 (x=9, y=0): gap 0.75 is 0.25 above the upper bound 0.5
       expected: lower <= gap <= upper at every node
       The bounds are proven: gap solves another problem (compare loads, supports and the order of the nodes),
@@ -167,7 +170,7 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
         raise AssertionError(f"{_whose(certificate)} has no bounds: {_why_unproven(certificate)}")
     if not isinstance(bounds, Certificate):
         raise TypeError(f"certificate must be a Certificate or a Solution, got {type(certificate).__name__}")
-    omega = vector(gap, bounds.lower.size, "gap")
+    omega = at_unknowns(bounds.problem if bounds.model is None else bounds.model, gap, "gap")
     slack = finite_number(slack, "slack")
     if slack < 0:
         raise ValueError(f"slack must be >= 0, got {slack:g}")
@@ -197,15 +200,18 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
     )
 
 
-def assert_same_contact(first: Solution, second: Solution) -> Mask:
+def assert_same_contact(first: Solution | ArrayLike, second: Solution | ArrayLike) -> Mask:
     """Assert that two solutions have the same nodes in contact, except where either certificate leaves it undecided.
+
+    One of the two may be a mask of the nodes in contact, by any program.
 
     A node that the lower bound holds in one solution and the upper bound in the other is not the same.
 
     Parameters
     ----------
-    first, second : Solution
-        Answers on the same nodes, by any backends and to any tolerances; also to two problems that should be one.
+    first, second : Solution, or array of bool
+        Answers on the same nodes, by any backends and to any tolerances; also to two problems that should be one. Or
+        one answer, and a mask: shape (n,), or on a lattice of the lattice's shape, or an xarray.DataArray.
 
     Returns
     -------
@@ -234,8 +240,8 @@ def assert_same_contact(first: Solution, second: Solution) -> Mask:
     ... except AssertionError as error:
     ...     print(error)
     contact sets differ at 2 of 9 nodes
-      first:  5 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1)
-      second: 7 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1)
+      first:  5 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1, load=1, support=4.5)
+      second: 7 in contact, active-set's answer to Cable(9 nodes, spacing=1, tension=1, load=1, support=2)
       node 1 (x=2, y=0): free in the first (gap 0.5, reaction ...), in contact in the second (gap 0, reaction 0.5)
       node 7 (x=8, y=0): free in the first (gap 0.5, reaction ...), in contact in the second (gap 0, reaction 0.5)
       expected: the same at the 9 nodes that no certificate leaves undecided
@@ -243,6 +249,14 @@ def assert_same_contact(first: Solution, second: Solution) -> Mask:
       tensions.
     """
     __tracebackhide__ = True
+    if isinstance(first, Solution) != isinstance(second, Solution):
+        pair: tuple[Any, Any] = (first, second) if isinstance(first, Solution) else (second, first)
+        return _assert_contact(pair[0], _mask_of(*pair))
+    if not (isinstance(first, Solution) and isinstance(second, Solution)):
+        raise TypeError(
+            f"first or second must be a Solution, as contactqp.solve returns it, got {type(first).__name__} and "
+            f"{type(second).__name__}"
+        )
     _refuse_other_nodes(first, second)
     for solution in (first, second):
         if solution.residuals is None:
@@ -280,12 +294,49 @@ def assert_same_contact(first: Solution, second: Solution) -> Mask:
     )
 
 
+def _mask_of(solution: Solution, mask: ArrayLike) -> Mask:
+    """Return a mask of a solution's nodes, shape (n,); it may be laid out on the lattice."""
+    values: Any = np.ma.asarray(mask)
+    if values.dtype != np.bool_:
+        raise TypeError(
+            f"a mask of the nodes in contact must be boolean, got dtype {values.dtype}; compare it first, e.g. gap <= 0"
+        )
+    numbers = getattr(mask, "astype", values.astype)(np.float64)
+    return np.asarray(at_unknowns(solution.subject, numbers, "the mask") != 0)
+
+
+def _assert_contact(solution: Solution, mask: Mask) -> Mask:
+    """Assert that a solution's nodes in contact are those of a mask; see `assert_same_contact`."""
+    __tracebackhide__ = True
+    if solution.residuals is None:
+        raise AssertionError(f"{_whose(solution)} has no contact set: {_why_unproven(solution)}")
+    _refuse_what_is_not_ok(solution)
+    proof = solution.certificate
+    compared = np.ones(mask.size, dtype=np.bool_) if proof is None else ~proof.undecided
+    if not compared.any():
+        raise AssertionError(
+            f"all {compared.size} nodes are undecided, there is no contact to compare: solve with a smaller tol than "
+            f"{solution.tol:g}"
+        )
+    differing = np.flatnonzero((solution.contact != mask) & compared)
+    if not differing.size:
+        return compared
+
+    def line(node: int) -> str:
+        there = "in contact" if mask[node] else "free"
+        numbers = f"gap {solution.gap[node]:.6g}, reaction {solution.reaction[node]:.6g}"
+        return f"{_name_node(solution, node)}: {_state(solution, node)} ({numbers}), {there} in the mask"
+
+    raise AssertionError(
+        f"contact sets differ at {differing.size} of {compared.size} nodes\n"
+        f"  solution: {_count_contact(solution)}, {_whose(solution)}\n"
+        f"  mask:     {int(mask.sum())} in contact\n"
+        f"{_list_nodes(differing, line)}\n"
+        f"  expected: the same at the {int(compared.sum())} nodes that the certificate does not leave undecided"
+    )
+
+
 def _refuse_other_nodes(first: Solution, second: Solution) -> None:
-    for name, solution in (("first", first), ("second", second)):
-        if not isinstance(solution, Solution):
-            raise TypeError(
-                f"{name} must be a Solution, got {type(solution).__name__}; take what contactqp.solve returns"
-            )
     if first.gap.size != second.gap.size:
         raise ValueError(
             f"first and second must be on the same nodes, got {first.gap.size} and {second.gap.size} nodes"

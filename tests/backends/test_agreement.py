@@ -21,7 +21,7 @@ def channel():
 
 
 def free_shape(lattice, load):
-    problem = cq.Membrane(lattice, 1.0, load, 0.0).problem
+    problem = cq.Membrane(lattice, 1.0, load=load, support=0.0).problem
     return np.linalg.solve(problem.G.toarray(), np.full(lattice.size, load * lattice.spacing**2))
 
 
@@ -30,24 +30,27 @@ def cases():
     disk = cq.Frame.disk(1.0).lattice(0.08)
     one = cq.Lattice.from_mask(np.ones((1, 1), dtype=bool), 1.0)
     yield from ((f"hexagon {load:g}", cq.gallery.paper_hexagon(load)) for load in PAPER_LOADS)
-    yield "rectangle", cq.Membrane(square, 2.0, 0.1, 0.25)
-    yield "disk over a dome", cq.Membrane(disk, 1.0, 1.0, profiles.Hemisphere(0.02, 0.5))
-    yield "disk over a cone", cq.Membrane(disk, 1.0, 1.0, profiles.Cone(-0.2, 1.0))
+    yield "rectangle", cq.Membrane(square, 2.0, load=0.1, support=0.25)
+    yield "disk over a dome", cq.Membrane(disk, 1.0, load=1.0, support=profiles.Hemisphere(0.02, 0.5))
+    yield "disk over a cone", cq.Membrane(disk, 1.0, load=1.0, support=profiles.Cone(-0.2, 1.0))
     yield "L with a hole", cq.gallery.l_shape_with_hole()
     yield "islands", cq.gallery.islands()
-    yield "channel", cq.Membrane(channel(), 1.0, 0.3, 0.2)
-    yield "one node, contact", cq.Membrane(one, 1.0, 8.0, 1.0)
-    yield "one node, clear", cq.Membrane(one, 1.0, 2.0, 1.0)
-    yield "one node, biactive", cq.Membrane(one, 1.0, 4.0, 1.0)
-    yield "no contact", cq.Membrane(square, 1.0, 0.1, 100.0)
-    yield "full contact", cq.Membrane(square, 1.0, 9.0, 0.0)
-    yield "full contact under a hill", cq.Membrane(square, 1.0, 0.01, lambda x, y: -0.2 + 0.001 * (x**2 + y**2))
-    yield "biactive", cq.Membrane(square, 1.0, 0.25, free_shape(square, 0.25))
-    yield "suction", cq.Membrane(square, 1.0, -0.2, 0.1)
-    yield "suction with a support above the frame", cq.Membrane(square, 1.0, -0.2, -0.5)
-    yield "load of both signs", cq.Membrane(square, 1.0, lambda x, y: 0.3 * np.sign(x), 0.4)
-    yield "no load, no gap", cq.Membrane(square, 1.0, 0.0, 0.0)
-    yield "raised frame", cq.Membrane(square, 1.0, 0.1, 1.0, frame_height=lambda x, y: 0.1 * x)
+    yield "channel", cq.Membrane(channel(), 1.0, load=0.3, support=0.2)
+    yield "one node, contact", cq.Membrane(one, 1.0, load=8.0, support=1.0)
+    yield "one node, clear", cq.Membrane(one, 1.0, load=2.0, support=1.0)
+    yield "one node, biactive", cq.Membrane(one, 1.0, load=4.0, support=1.0)
+    yield "no contact", cq.Membrane(square, 1.0, load=0.1, support=100.0)
+    yield "full contact", cq.Membrane(square, 1.0, load=9.0, support=0.0)
+    yield (
+        "full contact under a hill",
+        cq.Membrane(square, 1.0, load=0.01, support=lambda x, y: -0.2 + 0.001 * (x**2 + y**2)),
+    )
+    yield "biactive", cq.Membrane(square, 1.0, load=0.25, support=free_shape(square, 0.25))
+    yield "suction", cq.Membrane(square, 1.0, load=-0.2, support=0.1)
+    yield "suction with a support above the frame", cq.Membrane(square, 1.0, load=-0.2, support=-0.5)
+    yield "load of both signs", cq.Membrane(square, 1.0, load=lambda x, y: 0.3 * np.sign(x), support=0.4)
+    yield "no load, no gap", cq.Membrane(square, 1.0, load=0.0, support=0.0)
+    yield "raised frame", cq.Membrane(square, 1.0, load=0.1, support=1.0, frame_height=lambda x, y: 0.1 * x)
     yield "ball", cq.gallery.ball(31)[0]
     yield "bowl", cq.gallery.bowl(31)
     yield "cable", cq.gallery.cable_on_floor(nodes=79, contact_starts_after=25)[0]
@@ -129,7 +132,7 @@ def test_random_lattices(mask, seed, holes):
     if holes:
         support[rng.uniform(size=lattice.size) < 0.3] = np.inf
     load = rng.normal(size=lattice.size) / lattice.spacing**2
-    assert_backends_agree(cq.Membrane(lattice, 1.0, load, support))
+    assert_backends_agree(cq.Membrane(lattice, 1.0, load=load, support=support))
 
 
 @given(problem=problems(max_size=8), seed=st.integers(0, 999))
@@ -148,7 +151,7 @@ def test_more_load_presses_the_membrane_down_and_contact_only_grows(mask, seed, 
     rng = np.random.default_rng(seed)
     lattice = cq.Lattice.from_mask(mask, 1.0)
     shape, support = rng.uniform(0.0, 1.0, lattice.size), rng.uniform(0.1, 1.0, lattice.size)
-    less, more = (cq.solve(cq.Membrane(lattice, 1.0, k * shape, support), backend) for k in (1.0, 1.6))
+    less, more = (cq.solve(cq.Membrane(lattice, 1.0, load=k * shape, support=support), backend) for k in (1.0, 1.6))
     margin = less.certificate.gap_bound + more.certificate.gap_bound
     assert (more.deflection >= less.deflection - margin).all()
     assert not (less.certificate.contact & more.certificate.clear).any()

@@ -250,7 +250,7 @@ def test_what_double_precision_cannot_certify_ends_soon_and_says_so(name):
 @pytest.mark.parametrize("name", BACKENDS)
 def test_nothing_is_printed(name, capfd):
     square = cq.Frame.rectangle(10, 10).lattice(1.0)
-    checkered = cq.Membrane(square, 1.0, 100 * (-1.0) ** (square.node_x + square.node_y), 1e4)
+    checkered = cq.Membrane(square, 1.0, load=100 * (-1.0) ** (square.node_x + square.node_y), support=1e4)
     cq.solve(checkered, name, on_failure="ignore")
     for model in (cq.ContactQP([[2.0]], [-1.0]), cq.ContactQP([[2.0]], [1.0]), PROBLEM, cq.gallery.paper_hexagon()):
         if name in backends.suitable_backends(getattr(model, "problem", model)):

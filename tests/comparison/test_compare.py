@@ -47,7 +47,9 @@ def test_agreement_reads_well(agreeing):
     assert agreeing.agree
     assert agreeing.culprits == {}
     lines = text.splitlines()
-    assert lines[0].startswith("Membrane(1857 nodes, spacing=1, tension=1), tol 1e-06 of the gap scale 1.09")
+    assert lines[0].startswith(
+        "Membrane(1857 nodes, spacing=1, tension=1, load=0.03, support=0 to 1.25), tol 1e-06 of the gap scale 1.09"
+    )
     assert lines[2].split() == [
         "backend", "status", "iterations", "seconds", "bound/scale", "true", "error", "min", "gap", "min", "R", "gap·R",
         "contact", "undecided",
@@ -69,7 +71,7 @@ def test_json_can_be_read_back(agreeing):
 
 
 def test_json_has_no_infinities():
-    comparison = cq.compare(cq.Membrane(HEXAGON.lattice, 1.0, 0.1, np.inf), ["psor"])
+    comparison = cq.compare(cq.Membrane(HEXAGON.lattice, 1.0, load=0.1, support=np.inf), ["psor"])
     assert json.loads(comparison.to_json())["backends"][0]["min_gap"] is None
 
 

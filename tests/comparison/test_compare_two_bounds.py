@@ -98,7 +98,7 @@ def test_a_node_that_other_bounds_hold_differs():
 
 def test_each_contact_set_has_a_free_boundary_of_its_own():
     """Under the opposite load each bound holds about the nodes that the other held."""
-    opposite = type(MEMBRANE)(MEMBRANE.lattice, 1.0, -MEMBRANE.load, 0.1)
+    opposite = type(MEMBRANE)(MEMBRANE.lattice, 1.0, load=-MEMBRANE.load, support=0.1)
     one, other = cq.solve(MEMBRANE, "active-set"), cq.solve(opposite, "active-set")
     comparison = side_by_side(MEMBRANE, one=one, other=other)
     (pair,) = comparison.pairs

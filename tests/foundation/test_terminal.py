@@ -8,7 +8,8 @@ import pytest
 from strategies import BACKENDS
 
 import contactqp as cq
-from contactqp.foundation.progress import Progress, compiling
+from contactqp.foundation.loading import _announcing
+from contactqp.foundation.progress import Progress
 from contactqp.foundation.terminal import on_terminal, table_console
 
 
@@ -22,7 +23,7 @@ def closed():
 def test_progress_without_a_terminal(monkeypatch, stream):
     monkeypatch.setattr(sys, "stderr", stream)
     assert not on_terminal()
-    with Progress("loads") as progress, compiling("psor"):
+    with Progress("loads") as progress, _announcing("psor"):
         progress.update("load 1 of 2")
 
 

@@ -85,7 +85,7 @@ def test_every_frame_can_be_described(case, frame):
 )
 def test_every_profile_can_be_described(case, support, profile):
     model = load_case(case(support=support))
-    np.testing.assert_array_equal(model.support, cq.Membrane(model.lattice, 1.0, 1.0, profile).support)
+    np.testing.assert_array_equal(model.support, cq.Membrane(model.lattice, 1.0, load=1.0, support=profile).support)
 
 
 def test_supports_from_files(case, tmp_path):
@@ -95,7 +95,7 @@ def test_supports_from_files(case, tmp_path):
     np.savetxt(tmp_path / "f.csv", grid, delimiter=",")
     np.savez(tmp_path / "f.npz", other=grid + 1, depth=grid)
     matplotlib.image.imsave(tmp_path / "f.png", grid[::-1], cmap="gray", vmin=0, vmax=1)
-    expected = cq.Membrane(load_case(case()).lattice, 1.0, 1.0, grid).support
+    expected = cq.Membrane(load_case(case()).lattice, 1.0, load=1.0, support=grid).support
     for support, tolerance in (
         ('{file = "f.npy"}', 0.0),
         ('{file = "f.csv"}', 1e-12),
@@ -139,7 +139,7 @@ def test_a_sampled_profile_as_ground_and_for_the_heights_of_the_ends(case, tmp_p
     smooth = load_case(case(cable.replace("depth = 1", 'depth = "z", interpolation = "pchip"')))
     np.testing.assert_allclose(smooth.support, [1.5, 2.0, 2.5, 3.0])
     slanted = load_case(case(frame_height='{profile = "plane", depth = 0.0, slope_x = 0.1}'))
-    expected = cq.Membrane(slanted.lattice, 1.0, 2.0, 0.3, frame_height=cq.profiles.Plane(0.0, 0.1))
+    expected = cq.Membrane(slanted.lattice, 1.0, load=2.0, support=0.3, frame_height=cq.profiles.Plane(0.0, 0.1))
     np.testing.assert_array_equal(slanted.problem.q, expected.problem.q)
 
 

@@ -57,5 +57,5 @@ def test_the_states_of_nodes_as_numbers():
         np.testing.assert_array_equal(field.values == NodeState.CONTACT, solution.contact_lower)
         np.testing.assert_array_equal(field.values == NodeState.CONTACT_UPPER, solution.contact_upper)
         assert set(field.values) == {0.0, 1.0, 2.0}
-    undecided = cq.solve(cq.Membrane(cq.Frame.rectangle(3, 3).lattice(1.0), 1.0, 0.0, 0.0))
+    undecided = cq.solve(cq.Membrane(cq.Frame.rectangle(3, 3).lattice(1.0), 1.0, load=0.0, support=0.0))
     assert (fields_of(undecided)["contact_state"].values == NodeState.UNDECIDED).all()

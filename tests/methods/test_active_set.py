@@ -20,7 +20,7 @@ from contactqp.methods.factors import DIRECT_SIZE
 
 def disk(spacing=0.02, load=8.0, support=0.3):
     """A lattice that is no rectangle, so that its matrix is not recognised as one's."""
-    return cq.Membrane(cq.Frame.disk(1.0).lattice(spacing), 1.0, load, support)
+    return cq.Membrane(cq.Frame.disk(1.0).lattice(spacing), 1.0, load=load, support=support)
 
 
 def test_groups_of_a_path_by_hand():

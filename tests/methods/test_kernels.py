@@ -133,7 +133,7 @@ def test_sweeps_end_early_once_the_step_is_small():
 def test_the_adaptive_factor_approaches_youngs(nodes):
     """Without contact μ = cos(πh), so the best factor is 2/(1 + sin(πh)) (Young 1971, ch. 6)."""
     lattice = cq.Lattice.from_mask(np.ones((nodes, nodes), dtype=bool), 1 / (nodes + 1))
-    solution = cq.solve(cq.Membrane(lattice, 1.0, 1.0, np.inf), "psor", history=True)
+    solution = cq.solve(cq.Membrane(lattice, 1.0, load=1.0, support=np.inf), "psor", history=True)
     best = 2 / (1 + np.sin(np.pi / (nodes + 1)))
     assert solution.history["relaxation"][-1] == pytest.approx(best, abs=0.2 * (2 - best))
     scanned = min(

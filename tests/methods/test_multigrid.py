@@ -16,7 +16,7 @@ from strategies import bounds, lattice_masks
 
 import contactqp as cq
 from contactqp.algebra.stencil import Stencil
-from contactqp.foundation.progress import compiling
+from contactqp.foundation.loading import once
 from contactqp.foundation.threads import Team
 from contactqp.geometry.numbering import Layout
 from contactqp.methods.multigrid import contact
@@ -336,7 +336,7 @@ def test_nested_iteration_alone_is_as_accurate_as_the_discretisation():
 
 def test_without_a_support_it_solves_the_linear_problem():
     model = cq.gallery.bowl(63)
-    free = cq.Membrane(model.lattice, 1.0, 8.0, np.inf)
+    free = cq.Membrane(model.lattice, 1.0, load=8.0, support=np.inf)
     solution = cq.solve(free, "multigrid", tol=1e-11)
     np.testing.assert_allclose(solution.deflection, linalg.spsolve(free.problem.G.tocsc(), free.nodal_load), rtol=1e-9)
 
@@ -467,13 +467,11 @@ def test_a_warm_start_saves_cycles():
 
 
 def test_compiling_is_announced_on_a_terminal_alone(monkeypatch, capsys):
-    monkeypatch.setattr("contactqp.foundation.progress._PATIENCE", 0.01)
-    with compiling("nothing"):
-        time.sleep(0.1)
+    monkeypatch.setattr("contactqp.foundation.loading._PATIENCE", 0.01)
+    once(object(), lambda: time.sleep(0.1), "nothing")
     assert capsys.readouterr() == ("", "")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    with compiling("nothing"):
-        time.sleep(0.1)
+    once(object(), lambda: time.sleep(0.1), "nothing")
     assert capsys.readouterr().err == "contactqp: compiling the kernels of nothing, once on this machine\n"
 
 

@@ -151,7 +151,7 @@ def test_the_automatic_factor_is_the_same_in_other_units():
 def test_the_automatic_factor_on_small_nets(shape, support):
     """All nodes in contact (the support presses), none supported, and some in contact."""
     lattice = cq.Lattice.from_mask(np.ones(shape, dtype=bool), 1.0)
-    model = cq.Membrane(lattice, 1.0, 0.3, support)
+    model = cq.Membrane(lattice, 1.0, load=0.3, support=support)
     assert cq.solve(model, "psor", tol=1e-8).status == "certified"
 
 

@@ -59,7 +59,7 @@ def test_stiffness_is_tension_over_length():
     solution = cq.solve(net)
     np.testing.assert_allclose(solution.deflection, [0.8], rtol=1e-12)
     assert solution.max_slope == pytest.approx(0.8 / 3)
-    assert repr(net) == "CableNet(1 node, 3 segments, 3 fixed points, 1 unsupported)"
+    assert repr(net) == "CableNet(1 node, 3 segments, 3 fixed points, load=4, support=none, 1 unsupported)"
     assert net.describe(0) == "node 0 (point 2, x=0, y=0)"
 
 
@@ -114,7 +114,7 @@ def test_orthogonal_cables_are_the_membrane_to_the_bit(mask, spacing, seed):
         return 0.1 * x - 0.3 * y**2
 
     for frame_height in (0.0, height):
-        membrane = cq.Membrane(lattice, force / spacing, pressure, support, frame_height)
+        membrane = cq.Membrane(lattice, force / spacing, load=pressure, support=support, frame_height=frame_height)
         net = cq.CableNet.orthogonal(
             lattice, force, load=membrane.nodal_load, support=support, frame_height=frame_height
         )
@@ -138,7 +138,7 @@ def test_orthogonal_cables_take_arrays_and_heights_as_a_membrane_does():
     array = xr.DataArray(grid, dims=("y", "x"), coords={"y": lattice.y, "x": lattice.x})
     for support in (grid, lattice.gather(grid), array, lambda x, y: y + 3.0):
         net = cq.CableNet.orthogonal(lattice, 1.0, load=1.0, support=support, frame_height=grid)
-        membrane = cq.Membrane(lattice, 1.0, 1.0, support, grid)
+        membrane = cq.Membrane(lattice, 1.0, load=1.0, support=support, frame_height=grid)
         np.testing.assert_array_equal(net.problem.q, membrane.problem.q)
     with pytest.raises(TypeError, match="lattice must be a Lattice, got str"):
         cq.CableNet.orthogonal("net", 1.0, load=1.0, support=1.0)
@@ -233,7 +233,7 @@ def test_segments_between_fixed_points_and_idle_fixed_points_change_nothing():
 def test_an_unloaded_net_is_measured_by_how_far_its_frame_leaves_a_plane():
     assert star(load=0.0, support=100.0, fixed_height=[0.0, 6.0, 0.0]).problem.gap_scale == pytest.approx(4.0)
     lattice = cq.Lattice(np.ones((1, 1), dtype=bool), 1.0)
-    membrane = cq.Membrane(lattice, 1.0, 0.0, 100.0, frame_height=lambda x, y: 8.0 * (x > 0))
+    membrane = cq.Membrane(lattice, 1.0, load=0.0, support=100.0, frame_height=lambda x, y: 8.0 * (x > 0))
     assert membrane.problem.gap_scale == pytest.approx(6.0)
 
 
@@ -324,7 +324,7 @@ def test_a_net_is_certified_and_drawn_by_what_is_certain():
 
 def test_every_model_is_a_contact_model():
     lattice = cq.Frame.rectangle(4, 4).lattice(1.0)
-    models = [DOME, cq.Membrane(lattice, 1.0, 1.0, 1.0), cq.gallery.cable_on_floor(9, 2)[0]]
+    models = [DOME, cq.Membrane(lattice, 1.0, load=1.0, support=1.0), cq.gallery.cable_on_floor(9, 2)[0]]
     assert all(isinstance(model, ContactModel) for model in models)
     with pytest.raises(TypeError, match="abstract"):
         ContactModel()

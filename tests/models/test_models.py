@@ -47,30 +47,30 @@ def test_every_way_to_give_a_field_gives_the_same_model():
     covering = xr.DataArray(
         function(larger[:, None], larger[None, :]), dims=("x", "y"), coords={"x": larger, "y": larger}
     )
-    reference = cq.Membrane(LATTICE, 1.0, 0.3, function).support
+    reference = cq.Membrane(LATTICE, 1.0, load=0.3, support=function).support
     for given in (grid, LATTICE.gather(grid), array, array.T, covering, grid.tolist()):
         shifted = cq.Frame.rectangle(5, 4, center=(0.5, 0.0)).lattice(1.0) if given is not covering else LATTICE
-        np.testing.assert_allclose(cq.Membrane(shifted, 1.0, 0.3, given).support, reference)
+        np.testing.assert_allclose(cq.Membrane(shifted, 1.0, load=0.3, support=given).support, reference)
 
 
 def test_a_lattice_shifted_by_half_covers_a_shifted_dataarray_only():
     array = xr.DataArray(np.ones((3, 3)), dims=("y", "x"), coords={"y": [0.0, 1, 2], "x": [0.0, 1, 2]})
     with pytest.raises(ValueError, match="support does not cover the lattice"):
-        cq.Membrane(LATTICE, 1.0, 0.3, array)
+        cq.Membrane(LATTICE, 1.0, load=0.3, support=array)
     descending = xr.DataArray(LATTICE.y[::-1, None] + 0 * LATTICE.x, dims=("y", "x"), coords={"y": LATTICE.y[::-1]})
-    membrane = cq.Membrane(LATTICE, 1.0, 0.3, 9.0, frame_height=descending)
-    by_function = cq.Membrane(LATTICE, 1.0, 0.3, 9.0, frame_height=lambda x, y: y)
+    membrane = cq.Membrane(LATTICE, 1.0, load=0.3, support=9.0, frame_height=descending)
+    by_function = cq.Membrane(LATTICE, 1.0, load=0.3, support=9.0, frame_height=lambda x, y: y)
     np.testing.assert_allclose(membrane.problem.q, by_function.problem.q)
     twice = xr.DataArray(np.ones((6, 3)), dims=("y", "x"), coords={"y": [0, 0, 1, 1, 2, 2]})
     with pytest.raises(ValueError, match="support has repeated coordinates along y"):
-        cq.Membrane(LATTICE, 1.0, 0.3, twice)
+        cq.Membrane(LATTICE, 1.0, load=0.3, support=twice)
     with pytest.raises(ValueError, match=r"dims \('y', 'x'\), got \('u', 'v'\)"):
-        cq.Membrane(LATTICE, 1.0, 0.3, xr.DataArray(np.ones((3, 3)), dims=("u", "v")))
+        cq.Membrane(LATTICE, 1.0, load=0.3, support=xr.DataArray(np.ones((3, 3)), dims=("u", "v")))
 
 
 def test_inputs_are_never_modified_nor_aliased():
     f = np.full(12, 1.0)
-    membrane = cq.Membrane(LATTICE, 1.0, 0.3, f)
+    membrane = cq.Membrane(LATTICE, 1.0, load=0.3, support=f)
     f[:] = 7.0
     assert membrane.support.max() == 1.0
     with pytest.raises(ValueError, match="read-only"):
@@ -80,8 +80,8 @@ def test_inputs_are_never_modified_nor_aliased():
 def test_a_raised_frame_is_a_change_of_datum():
     """Frame and support shifted together: the same gap, and deflections shifted by as much."""
     shape = profiles.Paraboloid(depth=0.2, radius=8.0)
-    low = cq.Membrane(LATTICE, 1.0, 0.3, shape)
-    high = cq.Membrane(LATTICE, 1.0, 0.3, lambda x, y: shape(x, y) + 5.0, frame_height=5.0)
+    low = cq.Membrane(LATTICE, 1.0, load=0.3, support=shape)
+    high = cq.Membrane(LATTICE, 1.0, load=0.3, support=lambda x, y: shape(x, y) + 5.0, frame_height=5.0)
     np.testing.assert_allclose(high.problem.q, low.problem.q, atol=1e-13)
     assert high.problem.gap_scale == pytest.approx(low.problem.gap_scale)
     first, second = cq.solve(low, "clarabel"), cq.solve(high, "clarabel")
@@ -96,25 +96,27 @@ def test_frame_heights_by_function_and_by_array_agree():
 
     wide = cq.Lattice.from_mask(np.pad(np.ones((3, 4), dtype=bool), 1), 1.0)
     grid = height(wide.x[None, :], wide.y[:, None])
-    by_function = cq.Membrane(wide, 1.0, 0.0, 9.0, frame_height=height)
-    by_array = cq.Membrane(wide, 1.0, 0.0, 9.0, frame_height=grid)
+    by_function = cq.Membrane(wide, 1.0, load=0.0, support=9.0, frame_height=height)
+    by_array = cq.Membrane(wide, 1.0, load=0.0, support=9.0, frame_height=grid)
     np.testing.assert_allclose(by_function.problem.q, by_array.problem.q)
     plane = cq.solve(by_function, "clarabel").deflection
     np.testing.assert_allclose(plane, height(wide.node_x, wide.node_y), atol=1e-9)
     tight = cq.Lattice.from_mask(np.ones((3, 4), dtype=bool), 1.0)
     with pytest.raises(ValueError, match="outside the lattice's array"):
-        cq.Membrane(tight, 1.0, 0.0, 9.0, frame_height=np.zeros((3, 4)))
+        cq.Membrane(tight, 1.0, load=0.0, support=9.0, frame_height=np.zeros((3, 4)))
     with pytest.raises(ValueError, match="frame_height must be a number, a function or have shape"):
-        cq.Membrane(wide, 1.0, 0.0, 9.0, frame_height=np.zeros((2, 2)))
+        cq.Membrane(wide, 1.0, load=0.0, support=9.0, frame_height=np.zeros((2, 2)))
     with pytest.raises(ValueError, match="frame_height must be finite"):
-        cq.Membrane(wide, 1.0, 0.0, 9.0, frame_height=lambda x, y: x / 0.0 if np.seterr(all="ignore") else x)
+        cq.Membrane(
+            wide, 1.0, load=0.0, support=9.0, frame_height=lambda x, y: x / 0.0 if np.seterr(all="ignore") else x
+        )
 
 
 @pytest.mark.parametrize("datum", [2.0**20, 2.0**30])
 def test_a_datum_far_away_costs_no_digits(datum):
     base = np.round(2.0**16 * (0.05 + 0.1 * LATTICE.node_x**2)) / 2.0**16
-    near = cq.Membrane(LATTICE, 0.7, 0.5, base)
-    far = cq.Membrane(LATTICE, 0.7, 0.5, base + datum, frame_height=datum)
+    near = cq.Membrane(LATTICE, 0.7, load=0.5, support=base)
+    far = cq.Membrane(LATTICE, 0.7, load=0.5, support=base + datum, frame_height=datum)
     np.testing.assert_array_equal(far.problem.q, near.problem.q)
     assert far.problem.gap_scale == near.problem.gap_scale
 
@@ -127,7 +129,8 @@ def test_a_support_out_of_reach_does_not_loosen_the_tolerance():
         return np.where(np.hypot(x, y) < 0.3, 0.05 + 0.1 * (x * x + y * y), floor)
 
     without, deep = (
-        cq.Membrane(lattice, 1.0, 1.0, lambda x, y, floor=floor: hill(x, y, floor)) for floor in (np.inf, 1e6)
+        cq.Membrane(lattice, 1.0, load=1.0, support=lambda x, y, floor=floor: hill(x, y, floor))
+        for floor in (np.inf, 1e6)
     )
     assert deep.problem.gap_scale == pytest.approx(without.problem.gap_scale)
     assert without.problem.gap_scale < 0.5
@@ -145,7 +148,7 @@ def test_a_peg_under_a_point_load_does_not_loosen_the_tolerance(backend):
     """The unsupported deflection would be millions of times the true one; the answer itself bounds the scale."""
     lattice = cq.Frame.rectangle(40, 40).lattice(1.0)
     middle = (lattice.node_x == 0) & (lattice.node_y == 0)
-    peg = cq.Membrane(lattice, 1.0, np.where(middle, 1e3, 0.0), np.where(middle, 1e-4, np.inf))
+    peg = cq.Membrane(lattice, 1.0, load=np.where(middle, 1e3, 0.0), support=np.where(middle, 1e-4, np.inf))
     matrix = peg.problem.G.toarray()
     exact = 1e-4 * np.linalg.solve(matrix, middle.astype(float)) / np.linalg.inv(matrix)[middle, middle]
     solution = cq.solve(peg, backend, on_failure="ignore")
@@ -154,8 +157,8 @@ def test_a_peg_under_a_point_load_does_not_loosen_the_tolerance(backend):
 
 
 def test_heavy_load_on_a_shallow_support_is_measured_by_the_support():
-    assert cq.Membrane(LATTICE, 1.0, 1e3, 0.01).problem.gap_scale == pytest.approx(0.01)
-    assert cq.Membrane(LATTICE, 1.0, 1e6, 0.0).problem.gap_scale == pytest.approx(1.0, rel=0.4)
+    assert cq.Membrane(LATTICE, 1.0, load=1e3, support=0.01).problem.gap_scale == pytest.approx(0.01)
+    assert cq.Membrane(LATTICE, 1.0, load=1e6, support=0.0).problem.gap_scale == pytest.approx(1.0, rel=0.4)
 
 
 def test_a_load_that_closes_gaps_does_not_loosen_the_tolerance():
@@ -177,7 +180,7 @@ def test_no_support_at_some_nodes():
     assert (solution.deflection[far] > 0.1).any()
     data = solution.to_dataset()
     assert np.isinf(data.gap.values[LATTICE.mask][far]).all()
-    very_deep = cq.Membrane(LATTICE, 1.0, 1.0, np.where(far, 1e3, support))
+    very_deep = cq.Membrane(LATTICE, 1.0, load=1.0, support=np.where(far, 1e3, support))
     np.testing.assert_allclose(cq.solve(very_deep, "clarabel").deflection, solution.deflection, atol=1e-6)
 
 
@@ -219,7 +222,7 @@ def test_force_balance_holds_to_rounding():
 
 
 def test_max_slope_is_the_largest_difference_along_an_arm():
-    membrane = cq.Membrane(LATTICE, 1.0, 0.0, 100.0)
+    membrane = cq.Membrane(LATTICE, 1.0, load=0.0, support=100.0)
     w = np.arange(12.0) ** 2
     padded = np.zeros((LATTICE.shape[0] + 2, LATTICE.shape[1] + 2))
     padded[1:-1, 1:-1][LATTICE.mask] = w
@@ -318,7 +321,7 @@ def test_gap_scale_does_not_depend_on_the_spacing():
 
 
 def test_nodes_of_a_lattice_stand_for_equal_areas():
-    membrane = cq.Membrane(cq.Frame.rectangle(5, 4).lattice(0.5), 1.0, 0.3, 9.0)
+    membrane = cq.Membrane(cq.Frame.rectangle(5, 4).lattice(0.5), 1.0, load=0.3, support=9.0)
     cable = cq.Cable(nodes=3, spacing=0.5, tension=2.0, load=3.0, support=1.0)
     for model, area in ((membrane, 0.25), (cable, 0.5)):
         np.testing.assert_array_equal(model.node_area, np.full(model.size, area))
@@ -361,7 +364,7 @@ def test_the_lattice_of_a_cable_is_known_before_its_load_and_support():
 @pytest.mark.parametrize(
     "model",
     [
-        cq.Membrane(LATTICE, 1.0, 0.3, 9.0),
+        cq.Membrane(LATTICE, 1.0, load=0.3, support=9.0),
         cq.Cable(nodes=3, spacing=0.5, tension=2.0, load=3.0, support=1.0),
         cq.CableNet.orthogonal(LATTICE, 1.0, load=1.0, support=1.0),
     ],

@@ -35,7 +35,7 @@ class WeighedTwice(Weighed):
 
 
 def weighed(load=1.5, tension=1.0, support=0.75):
-    return WeighedTwice(LATTICE, tension, load, support)
+    return WeighedTwice(LATTICE, tension, load=load, support=support)
 
 
 @pytest.mark.parametrize(

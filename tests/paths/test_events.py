@@ -52,7 +52,7 @@ def test_a_node_lifts_by_hand():
 
 def test_nodes_that_touch_together_settle_together():
     """A flat floor under a symmetric net: its nodes settle in orbits."""
-    membrane = cq.Membrane(cq.Frame.rectangle(6, 6).lattice(1.0), 1.0, 1.0, 1.0)
+    membrane = cq.Membrane(cq.Frame.rectangle(6, 6).lattice(1.0), 1.0, load=1.0, support=1.0)
     found = cq.events(membrane, stop=3.0)
     assert found.load.size == 25
     counts = np.unique(np.round(found.load, 9), return_counts=True)[1]
@@ -83,7 +83,7 @@ def test_contact_between_events_is_that_of_solutions(seed, whole):
     if whole:
         load, support = np.round(load), np.round(2 * support)
     support[rng.uniform(size=lattice.size) < 0.1] = np.inf
-    membrane = cq.Membrane(lattice, 1.0, load, support)
+    membrane = cq.Membrane(lattice, 1.0, load=load, support=support)
     found = cq.events(membrane, stop=4.0, start=-4.0)
     assert (np.diff(found.load) >= 0).all()
     for factor in rng.uniform(-4, 4, 8):

@@ -130,7 +130,7 @@ def test_a_resumed_path_keeps_to_what_is_asked_for(tmp_path):
 
 def test_transposed_lattices_have_checkpoints_of_their_own(tmp_path):
     def model(shape):
-        return cq.Membrane(cq.Lattice(np.ones(shape, dtype=bool), 1.0), 1.0, 1.0, 0.0)
+        return cq.Membrane(cq.Lattice(np.ones(shape, dtype=bool), 1.0), 1.0, load=1.0, support=0.0)
 
     cq.trace(model((2, 3)), loads=[1.0], checkpoint=tmp_path / "path.nc")
     with pytest.raises(ValueError, match="belongs to another model"):
@@ -215,7 +215,7 @@ def test_paths_are_drawn(traced):
 def test_nets_of_cables_have_paths_too(tmp_path):
     """The orthogonal net settles node by node as the membrane does."""
     lattice = cq.Frame.rectangle(6, 6).lattice(1.0)
-    membrane = cq.Membrane(lattice, 1.0, 1.0, 1.0)
+    membrane = cq.Membrane(lattice, 1.0, load=1.0, support=1.0)
     net = cq.CableNet.orthogonal(lattice, tension=1.0, load=1.0, support=1.0)
     loads = [0.1, 0.5, 1.0, 2.5]
     path = cq.trace(net, loads=loads, checkpoint=tmp_path / "net.nc")

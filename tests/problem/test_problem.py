@@ -204,7 +204,7 @@ def test_a_parabola_is_not_trusted_where_arms_vary():
 
 
 def test_large_matrices_get_their_barrier_by_conjugate_gradients(monkeypatch):
-    matrix = cq.Membrane(cq.Frame.disk(1.0).lattice(0.025), 1.0, 1.0, 1.0).problem.G
+    matrix = cq.Membrane(cq.Frame.disk(1.0).lattice(0.025), 1.0, load=1.0, support=1.0).problem.G
     problem = cq.ContactQP(matrix, np.ones(matrix.shape[0]))
     assert problem.is_m_matrix
     monkeypatch.setattr(barriers, "DIRECT_SIZE", 10**6)
@@ -240,7 +240,7 @@ def test_a_model_of_a_million_nodes_never_assembles_its_matrix(monkeypatch):
     assemble = Stencil.tocsr
     monkeypatch.setattr(Stencil, "tocsr", lambda self: assemble(self) if self.size < 5000 else pytest.fail("assembled"))
     lattice = cq.Lattice.from_mask(np.ones((300, 300), dtype=bool), 1.0)
-    problem = cq.Membrane(lattice, 1.0, 0.1, 3.0).problem
+    problem = cq.Membrane(lattice, 1.0, load=0.1, support=3.0).problem
     cq.certify(problem, np.ones(problem.size), effort="fast")
     cq.certify(problem, np.ones(problem.size))
     assert "90000 unknowns" in repr(problem)

@@ -160,7 +160,7 @@ def test_numbers_that_overflow_prove_nothing(size):
     problems = [
         (cq.ContactQP(matrix, [-1.0, 3.0]), [0.5, 0.0]),
         (cq.ContactQP(matrix * 1e200, [-1e200, 3e200]), [0.5, 0.0]),
-        (cq.Membrane(lattice, 1.0, 1.0, 1.0).problem, None),
+        (cq.Membrane(lattice, 1.0, load=1.0, support=1.0).problem, None),
     ]
     for problem, exact in problems:
         certificate = cq.certify(problem, np.full(problem.size, size))
@@ -202,8 +202,8 @@ def test_biactive_nodes_stay_undecided(effort, error):
 def test_nearly_biactive_nodes_are_decided_only_as_far_as_the_stored_numbers_allow():
     """The floor is the free membrane's shape but for rounding, so the signs are those of rounding errors."""
     lattice = cq.Frame.rectangle(8, 8).lattice(1.0)
-    free = cq.solve(cq.Membrane(lattice, 1.0, 0.25, np.inf), "clarabel", tol=1e-9).deflection
-    problem = cq.Membrane(lattice, 1.0, 0.25, free).problem
+    free = cq.solve(cq.Membrane(lattice, 1.0, load=0.25, support=np.inf), "clarabel", tol=1e-9).deflection
+    problem = cq.Membrane(lattice, 1.0, load=0.25, support=free).problem
     assert cq.certify(problem, np.full(lattice.size, 1e-7), effort="fast").undecided.all()
     sharp = cq.certify(problem, np.full(lattice.size, 1e-7))
     assert sharp.upper.max() < 1e-13

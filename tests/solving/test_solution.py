@@ -16,14 +16,14 @@ def test_the_repr_tells_what_how_well_and_how_fast(solution):
     lines = repr(solution).splitlines()
     assert lines[0].startswith("Solution by clarabel: certified, ")
     assert lines[0].endswith(" s")
-    assert lines[1] == "  problem     Membrane(1857 nodes, spacing=1, tension=1)"
+    assert lines[1] == "  problem     Membrane(1857 nodes, spacing=1, tension=1, load=0.03, support=0 to 1.25)"
     assert lines[2].startswith("  gap error   <= ")
     assert lines[3] == "  nodes       303 in contact, 1554 clear, 0 undecided"
     assert lines[4] == "  caution     largest slope 0.23: the theory assumes small slopes"
 
 
 def test_gentle_slopes_need_no_remark():
-    gentle = cq.solve(cq.Membrane(cq.Frame.rectangle(9, 9).lattice(1.0), 1.0, 0.001, 1.0), "clarabel")
+    gentle = cq.solve(cq.Membrane(cq.Frame.rectangle(9, 9).lattice(1.0), 1.0, load=0.001, support=1.0), "clarabel")
     assert gentle.max_slope < 0.2
     assert "caution" not in repr(gentle)
 
@@ -106,7 +106,7 @@ def test_undecided_nodes_are_drawn_as_such():
     lattice = cq.Lattice(np.ones((11, 11), dtype=bool), 1.0)
     floor = np.tile(np.minimum(x, 6.0) * (12 - np.minimum(x, 6.0)), (11, 1))
     floor = np.where(np.arange(11)[:, None] < 8, floor, floor + 50.0)
-    membrane = cq.Membrane(lattice, 1.0, 0.0, np.zeros((11, 11)))
+    membrane = cq.Membrane(lattice, 1.0, load=0.0, support=np.zeros((11, 11)))
     solution = cq.solve(membrane, "psor")
     assert f"undecided ({solution.certificate.undecided.sum()})" in texts(solution.plot())
     assert solution.certificate.undecided.all()
@@ -118,8 +118,8 @@ def test_undecided_nodes_are_drawn_as_such():
         cq.gallery.cable_on_floor(nodes=9, contact_starts_after=2)[0],
         cq.gallery.islands(),
         cq.gallery.l_shape_with_hole(0.2),
-        cq.Membrane(cq.Lattice.from_mask([[True]], 1.0), 1.0, 1.0, 0.1),
-        cq.Membrane(cq.Frame.disk(1).lattice(0.2), 1.0, 1.0, np.inf),
+        cq.Membrane(cq.Lattice.from_mask([[True]], 1.0), 1.0, load=1.0, support=0.1),
+        cq.Membrane(cq.Frame.disk(1).lattice(0.2), 1.0, load=1.0, support=np.inf),
     ],
     ids=repr,
 )

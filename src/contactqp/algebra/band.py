@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Vector
-from ..foundation.progress import compiling
+from ..foundation.loading import load_modules
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
 
 if TYPE_CHECKING:
@@ -59,6 +59,7 @@ class Band:
     """
 
     def __init__(self, matrix: csr_array) -> None:
+        load_modules("scipy.sparse", "scipy.sparse.csgraph")
         from scipy import sparse
         from scipy.sparse import csgraph
 
@@ -90,6 +91,7 @@ class Band:
 
     def factors(self, shift: float = 0.0) -> Factors | None:
         """Return the Cholesky factors of the matrix less ``shift`` on its diagonal; None where they do not exist."""
+        load_modules("scipy.linalg.lapack")
         from scipy.linalg import lapack
 
         if self.width > _NEARLY_DENSE * self.size:
@@ -111,8 +113,9 @@ class Band:
         self, row: NDArray[np.int64], column: NDArray[np.int64], values: Vector, shift: float
     ) -> Factors | None:
         """Return the factors by compiled code: LAPACK holds the interpreter, and stalls on a busy machine."""
-        with compiling("factors in a band"):
-            from .band_kernels import PANEL, factorise
+        load_modules("contactqp.algebra.band_kernels", kernels="factors in a band")
+        from .band_kernels import PANEL, factorise
+
         band = np.zeros((self.size, self.width + PANEL))
         band[column, row - column] = values
         band[:, 0] -= shift
@@ -169,6 +172,7 @@ class Factors:
 
     def solve(self, force: Vector) -> Vector:
         """Return the solution x of Gx = f."""
+        load_modules("scipy.linalg.lapack")
         from scipy.linalg import lapack
 
         if self._place is None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from .band import Band
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def weakly_dominant(matrix: csr_array) -> bool:
     Then it is positive definite up to rounding (Taussky 1949). That is enough to put off the proof to the barrier,
     which every use of the matrix needs anyway.
     """
+    load_modules("scipy.sparse.csgraph")
     from scipy.sparse import csgraph
 
     entries = matrix.tocoo()
@@ -88,6 +90,7 @@ def refuse_indefinite(matrix: csr_array) -> None:
 
 def _objection(matrix: csr_array, balance: Vector) -> str:
     """Return what tells against the matrix; nothing if nothing does."""
+    load_modules("scipy.sparse")
     from scipy import sparse
 
     if matrix.shape[0] <= _FEW:
@@ -124,6 +127,7 @@ def ritz_value(matrix: csr_array) -> float:
     >>> round(ritz_value(csr_array([[4.0, 1.0], [1.0, 1.0]])), 12)
     0.5
     """
+    load_modules("scipy.linalg")
     from scipy.linalg import eigvalsh_tridiagonal
 
     root = np.sqrt(matrix.diagonal())
@@ -145,6 +149,7 @@ def ritz_value(matrix: csr_array) -> float:
 
 
 def _negative_pivots(matrix: csr_array, balance: Vector) -> int:
+    load_modules("scipy.sparse", "scipy.sparse.linalg")
     from scipy import sparse
     from scipy.sparse import linalg
 

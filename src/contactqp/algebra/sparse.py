@@ -6,8 +6,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..foundation.checks import Mask, Vector, real_array
+from ..foundation.checks import Mask, Vector, read_only, real_array
+from ..foundation.loading import load_modules
 from .compensated import Chain, two_product
 from .definiteness import positive_beyond_rounding
 from .stiffness import Stiffness
@@ -17,6 +19,9 @@ if TYPE_CHECKING:
 
     from .stencil import Stencil
 
+
+DENSE_SIZE = 50
+"""Up to so many unknowns a dense matrix is multiplied and solved with in less time than a sparse one is looked at."""
 
 _ASYMMETRY = 1e-12
 """Relative difference of G_ij and G_ji that is taken for rounding and averaged away."""
@@ -86,6 +91,7 @@ class SparseStiffness(Stiffness):
     @cached_property
     def surplus(self) -> csr_array | None:
         """See `Stiffness.surplus`."""
+        load_modules("scipy.sparse")
         from scipy import sparse
 
         if self.positive_off_diagonal is not None:
@@ -105,7 +111,13 @@ class SparseStiffness(Stiffness):
 
     def matvec(self, vector: Vector) -> Vector:
         """Return G times ``vector``."""
-        return np.asarray(self._matrix @ vector)
+        # Zeros of a small dense matrix add no rounding errors, and it is multiplied before a sparse one is looked at.
+        matrix = self._matrix if self._small is None else self._small
+        return np.asarray(matrix @ vector)
+
+    @cached_property
+    def _small(self) -> NDArray[np.float64] | None:
+        return np.asarray(self._matrix.toarray()) if self.size <= DENSE_SIZE else None
 
     def modulus_matvec(self, vector: Vector) -> Vector:
         """Return |G| times ``vector``, for a Z-matrix without a second matrix."""
@@ -119,8 +131,12 @@ class SparseStiffness(Stiffness):
         return self.modulus_matvec(np.abs(vector))
 
     def diagonal(self) -> Vector:
-        """Return the diagonal."""
-        return np.asarray(self._matrix.diagonal())
+        """Return the diagonal, read-only."""
+        return self._diagonal
+
+    @cached_property
+    def _diagonal(self) -> Vector:
+        return read_only(np.asarray(self._matrix.diagonal()))
 
     @cached_property
     def _modulus(self) -> csr_array:
@@ -155,6 +171,7 @@ class SparseStiffness(Stiffness):
 
     def comparison(self) -> SparseStiffness:
         """Return the comparison matrix: the diagonal of G, and -|G_ij| beside it."""
+        load_modules("scipy.sparse")
         from scipy import sparse
 
         return SparseStiffness((sparse.diags_array(2 * self.diagonal()) - self._modulus).tocsr())
@@ -180,6 +197,10 @@ class SparseStiffness(Stiffness):
             found.positive_off_diagonal = None
         return found
 
+    @property
+    def _arrays(self) -> tuple[NDArray[Any], ...]:
+        return self._matrix.indptr, self._matrix.indices, self._matrix.data
+
     def tocsr(self) -> csr_array:
         """Return the sparse array itself."""
         return self._matrix
@@ -200,6 +221,7 @@ def checked_matrix(value: Any) -> csr_array:
     ValueError
         If it is empty, not square, not finite, not symmetric, or has a diagonal entry <= 0.
     """
+    load_modules("scipy.sparse")
     from scipy import sparse
 
     if sparse.issparse(value):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector, read_only, real_array
+from ..foundation.loading import load_modules
 from ..foundation.rounding import DIFFERENCES, UNDERFLOW, gamma
 from ..geometry.numbering import Numbering
 from .compensated import Chain, two_product, two_sum
@@ -252,6 +253,7 @@ class Stencil(LatticeStiffness):
         return self.scaled(1 / largest), 1.0, largest
 
     def _refuse_floating_parts(self) -> None:
+        load_modules("scipy.sparse.csgraph")
         from scipy.sparse import csgraph
 
         matrix = self.tocsr()
@@ -283,8 +285,13 @@ class Stencil(LatticeStiffness):
         joined[2:, 1:-1] |= north
         return np.asarray(joined & ~self.padded_mask())
 
+    @property
+    def _arrays(self) -> tuple[NDArray[Any], ...]:
+        return self.mask, self.horizontal, self.vertical
+
     def tocsr(self) -> csr_array:
         """Assemble G as a sparse array with sorted column numbers."""
+        load_modules("scipy.sparse")
         from scipy.sparse import csr_array
 
         west, south = self._node_arms()

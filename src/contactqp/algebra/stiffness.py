@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +90,19 @@ class Stiffness(ABC):
     @abstractmethod
     def tocsr(self) -> csr_array:
         """Return G as a sparse array with sorted column numbers."""
+
+    def equals(self, other: Stiffness) -> bool:
+        """Whether another stiffness is held in the same way and consists of the same numbers, to the bit."""
+        if self is other:
+            return True
+        if type(self) is not type(other):
+            return False
+        return all(np.array_equal(own, its) for own, its in zip(self._arrays, other._arrays, strict=True))
+
+    @property
+    @abstractmethod
+    def _arrays(self) -> tuple[NDArray[Any], ...]:
+        """The arrays that the stiffness is made of."""
 
     def enclosed_product(self, vector: Vector, force: Vector | float = 0.0) -> tuple[Vector, Vector]:
         """Return G times a vector plus a force as computed, and a bound of its rounding error.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Collection
 from dataclasses import replace
 from typing import ClassVar
@@ -10,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..foundation.checks import Vector
-from ..foundation.progress import compiling
+from ..foundation.loading import load_modules, working_seconds
 from ..foundation.threads import Team
 from ..methods.active_set.primal_dual import ActiveSet
 from ..methods.factors import DIRECT_SIZE
@@ -53,17 +52,17 @@ class _Prepared(State):
     """The iteration of the last solve."""
 
     def __init__(self, problem: ContactQP, task: Task, history: bool) -> None:
-        started = time.perf_counter()
+        started = working_seconds()
         self._problem, self._history, self._solver = problem, history, prepared(problem, task)
-        self._setup_seconds = time.perf_counter() - started
+        self._setup_seconds = working_seconds() - started
 
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
         """See `State.solve`."""
-        started = time.perf_counter()
+        started = working_seconds()
         problem = as_it_is_now(self._problem, q, problem)
         self._solver.restart(q, problem.lower, problem.bounds.upper_if_any)
         _start(self._solver, problem, task)
-        setup_seconds, self._setup_seconds = time.perf_counter() - started + self._setup_seconds, 0.0
+        setup_seconds, self._setup_seconds = working_seconds() - started + self._setup_seconds, 0.0
         budget = _MAX_STEPS if task.max_iter is None else task.max_iter
         answer = iterate(self._solver, problem, task, budget, self._history)
         return replace(answer, setup_seconds=answer.setup_seconds + setup_seconds)
@@ -74,7 +73,7 @@ def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:
     if task.warm_start is not None:
         start = problem.project(task.warm_start)
         with np.errstate(over="ignore", invalid="ignore"):
-            if problem.objective(start) <= 0:
+            if float((0.5 * problem.stiffness.matvec(start) + problem.q) @ start) <= 0:
                 solver.omega = start
                 return
     start_on_lattice = None if problem.size <= DIRECT_SIZE else _lattice_start(problem, task)
@@ -90,8 +89,7 @@ def prepared(problem: ContactQP, task: Task) -> ActiveSet:
     bounds = problem.lower, problem.bounds.upper_if_any
     solver = ActiveSet(problem.G, problem.q, *bounds, units.min() / units)
     if not solver.direct:
-        with compiling("active-set"):
-            from ..methods.amg import sparse_kernels  # noqa: F401  (compiles)
+        load_modules("contactqp.methods.amg.sparse_kernels", kernels="active-set")
     return solver
 
 
@@ -107,14 +105,14 @@ def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
     if stencil is None:
         return None
     layout = problem.bounds.layout(stencil)
-    with compiling("multigrid"):
-        from ..methods.multigrid.arms import arms_of
-        from ..methods.multigrid.contact import NO_LIMITS
-        from ..methods.multigrid.hierarchy import load_kernels
-        from ..methods.multigrid.nested import nearly_solved
+    load_modules("contactqp.methods.multigrid.nested", kernels="multigrid")
+    from ..methods.multigrid.arms import arms_of
+    from ..methods.multigrid.contact import NO_LIMITS
+    from ..methods.multigrid.hierarchy import load_kernels
+    from ..methods.multigrid.nested import nearly_solved
 
-        lattice = arms_of(stencil, layout)
-        load_kernels(lattice)
+    lattice = arms_of(stencil, layout)
+    load_kernels(lattice)
     with Team() as team:
         limits = NO_LIMITS
         if not problem.bounds.standard:
@@ -127,7 +125,7 @@ def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
 
 def iterate(solver: ActiveSet, problem: ContactQP, task: Task, budget: int, history: bool = False) -> Answer:
     """Go on until the contact set rests and the equations of the free nodes are solved."""
-    started = time.perf_counter()
+    started = working_seconds()
     stop, why, steps = Stop.ITERATION_LIMIT, "step limit", 0
     records: list[tuple[float, float]] = []
     while stop is Stop.ITERATION_LIMIT and steps < budget:
@@ -149,7 +147,7 @@ def iterate(solver: ActiveSet, problem: ContactQP, task: Task, budget: int, hist
         termination=f"{why} after {steps} steps",
         iterations=steps,
         setup_seconds=0.0,
-        solve_seconds=time.perf_counter() - started,
+        solve_seconds=working_seconds() - started,
         history=_named(columns) if history else {},
     )
 

@@ -5,13 +5,13 @@ Goulart and Chen, *Clarabel: an interior-point solver for conic programs with qu
 
 from __future__ import annotations
 
-import time
 from threading import Event
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from ..foundation.checks import Mask, Vector, one_of, positive_number
+from ..foundation.loading import load_modules, working_seconds
 from ..problem.contact_qp import ContactQP
 from .base import Answer, Backend, State, Stop, Task, as_it_is_now
 from .tightening import Round, tightened
@@ -76,13 +76,14 @@ class _Prepared(State):
     """Clarabel's matrices, and its solvers by the factor on the objective."""
 
     def __init__(self, problem: ContactQP, task: Task, settings: dict[str, Any], eps: float | None) -> None:
+        load_modules("scipy.sparse")
         from scipy import sparse
 
-        started = time.perf_counter()
+        started = working_seconds()
         self._problem, self._settings, self._eps = problem, settings, eps
         self._matrix = sparse.csc_matrix(sparse.triu(problem.G, format="csc"))
         self._rows, self._solvers = _Rows(problem, task.tol), dict[float, tuple[Any, ContactQP]]()
-        self._setup_seconds = time.perf_counter() - started
+        self._setup_seconds = working_seconds() - started
 
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
         """See `State.solve`."""
@@ -93,11 +94,11 @@ class _Prepared(State):
         solvers, self._solvers, abandoned = self._solvers, {}, Event()
 
         def call(setting: tuple[float, float], left: int) -> Round:
-            started, (weight, eps) = time.perf_counter(), setting
+            started, (weight, eps) = working_seconds(), setting
             iterations = left if task.own_defaults else min(left, _ROUND_ITER)
             solver = self._solver(solvers, weight, problem, self._all_settings(task, eps, iterations))
             solver.set_termination_callback(lambda info: abandoned.is_set())
-            setup_seconds, result = time.perf_counter() - started, solver.solve()
+            setup_seconds, result = working_seconds() - started, solver.solve()
             status = str(result.status)
             stop = _STOPS.get(status, Stop.FAILED)
             return Round(
@@ -121,6 +122,7 @@ class _Prepared(State):
 
     def _first(self, task: Task) -> float:
         """Return the first tolerance on the duality gap."""
+        load_modules("clarabel")
         import clarabel
 
         if self._eps is not None:
@@ -130,6 +132,7 @@ class _Prepared(State):
         return (1e-15 if self._problem.size > _MANY else 1e-14) * max(task.tol / 1e-6, 1.0) ** 2
 
     def _all_settings(self, task: Task, eps: float, iterations: int) -> Any:
+        load_modules("clarabel")
         import clarabel
 
         settings = clarabel.DefaultSettings()
@@ -145,6 +148,7 @@ class _Prepared(State):
         self, solvers: dict[float, tuple[Any, ContactQP]], weight: float, problem: ContactQP, settings: Any
     ) -> Any:
         """Return a solver of the problem with its objective times ``weight``: one that is known, with new vectors."""
+        load_modules("clarabel")
         import clarabel
 
         forces, limits = problem.q * weight, self._rows.limits(problem)
@@ -162,6 +166,7 @@ class _Rows:
     """Rows -ω ≤ -l and ω ≤ u where there is such a bound; where both are close, an equation in their place."""
 
     def __init__(self, problem: ContactQP, tol: float) -> None:
+        load_modules("clarabel", "scipy.sparse")
         import clarabel
         from scipy import sparse
 

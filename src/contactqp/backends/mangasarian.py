@@ -6,13 +6,13 @@ Mangasarian, *Linear complementarity problems solvable by a single linear progra
 from __future__ import annotations
 
 import sys
-import time
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..foundation.checks import Vector, one_of, vector
+from ..foundation.loading import load_modules, working_seconds
 from ..problem.contact_qp import ContactQP
 from .base import Answer, Backend, Need, State, Stop, Task, as_it_is_now
 from .tightening import Round, tightened
@@ -91,13 +91,14 @@ class _Prepared(State):
         options: dict[str, Any],
         attempts: tuple[bool | None, ...],
     ) -> None:
-        started = time.perf_counter()
+        started = working_seconds()
         self._problem, self._cost, self._chosen, self._options = problem, cost, chosen, options
         self._attempts, self._matrix = attempts, -problem.G
-        self._setup_seconds = time.perf_counter() - started
+        self._setup_seconds = working_seconds() - started
 
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
         """See `State.solve`."""
+        load_modules("scipy.optimize")
         from scipy.optimize import linprog
 
         problem = as_it_is_now(self._problem, q, problem)

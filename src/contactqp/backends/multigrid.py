@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ..foundation.checks import Vector, integer_at_least
-from ..foundation.progress import compiling
+from ..foundation.loading import load_modules, working_seconds
 from ..foundation.threads import Team
 from ..problem.contact_qp import ContactQP
 from .active_set import iterate, prepared
@@ -71,26 +70,26 @@ class _Prepared(State):
     def __init__(self, problem: ContactQP, task: Task, threads: int | None, history: bool) -> None:
         stencil = problem.stencil
         assert stencil is not None
-        with compiling("multigrid"):
-            from ..methods.multigrid.arms import arms_of
-            from ..methods.multigrid.hierarchy import load_kernels
+        load_modules("contactqp.methods.multigrid.nested", kernels="multigrid")
+        from ..methods.multigrid.arms import arms_of
+        from ..methods.multigrid.hierarchy import load_kernels
 
-            self._arms = arms_of(stencil, problem.layout)
-            load_kernels(self._arms)
+        self._arms = arms_of(stencil, problem.layout)
+        load_kernels(self._arms)
         self._problem, self._threads, self._history = problem, threads, history
         self._nest: Nest | None = None
         self._unit, self._keeps = 1.0, task.keeps
 
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
         """See `State.solve`."""
-        started = time.perf_counter()
+        started = working_seconds()
         arms, problem = self._arms, as_it_is_now(self._problem, q, problem)
         budget = _MAX_CYCLES if task.max_iter is None else task.max_iter
         log = _Log(arms.reach)
         outcome: tuple[Stop, str] | None = None
         with Team(self._threads) as team:
             solver = self._started(q, problem, task, team)
-            setup_seconds = time.perf_counter() - started
+            setup_seconds = working_seconds() - started
             while outcome is None:
                 solver.relax()
                 log.add(solver.estimate)
@@ -108,7 +107,7 @@ class _Prepared(State):
             termination=f"{why} after {log.cycles} cycles, {solver.work:.0f} work units, {contraction}",
             iterations=log.cycles,
             setup_seconds=setup_seconds,
-            solve_seconds=time.perf_counter() - started - setup_seconds,
+            solve_seconds=working_seconds() - started - setup_seconds,
             history=log.columns() if self._history else {},
             claimed_solved=stop is Stop.DONE and why.startswith("certified"),
         )
@@ -156,11 +155,11 @@ class _Prepared(State):
 
 def _handed_over(answer: Answer, problem: ContactQP, task: Task, budget: int) -> Answer:
     """Go on by active sets: arms that jump by orders of magnitude from node to node defeat a geometric hierarchy."""
-    started = time.perf_counter()
+    started = working_seconds()
     solver = prepared(problem, task)
     assert answer.gap is not None
     solver.omega = answer.gap
-    preparing_seconds = time.perf_counter() - started
+    preparing_seconds = working_seconds() - started
     went_on = iterate(solver, problem, task, budget - answer.iterations)
     return replace(
         went_on,

@@ -6,7 +6,6 @@ Mathematical Programming Computation 12 (2020).
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -14,7 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..foundation.checks import Vector, open_interval, positive_number
-from ..foundation.progress import run_interruptibly
+from ..foundation.interrupts import run_interruptibly
+from ..foundation.loading import load_modules, working_seconds
 from ..problem.contact_qp import ContactQP
 from .base import Answer, Backend, State, Stop, Task, as_it_is_now
 from .tightening import Round, tightened
@@ -97,6 +97,7 @@ class _Workspace(State):
         self._set_up(problem, task)
 
     def _set_up(self, problem: ContactQP, task: Task) -> None:
+        load_modules("osqp", "scipy.sparse")
         import osqp
         from scipy import sparse
 
@@ -107,12 +108,12 @@ class _Workspace(State):
             solver.setup(matrix, problem.q.copy(), rows, problem.lower, problem.upper, **_FIXED, **self._settings)
             return solver
 
-        started = time.perf_counter()
+        started = working_seconds()
         self._solver = run_interruptibly(work, task.progress)
         shipped = self._solver.settings
         self._shipped = float(shipped.eps_abs), float(shipped.rho), int(shipped.max_iter)
         self._check, self._vectors, self._used = int(shipped.check_termination), _vectors(problem), False
-        self._setup_seconds = time.perf_counter() - started
+        self._setup_seconds = working_seconds() - started
 
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
         """See `State.solve`."""

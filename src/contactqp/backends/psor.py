@@ -6,13 +6,12 @@ The kernels are in `contactqp.methods.sor`.
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
 from ..foundation.checks import Vector, one_of, open_interval, positive_number
-from ..foundation.progress import compiling
+from ..foundation.loading import load_modules, working_seconds
 from ..problem.contact_qp import ContactQP
 from .base import Answer, Backend, Stop, Task
 
@@ -70,9 +69,9 @@ class Psor(Backend):
             Whether to record after every sweep "step" (length), "residual" (natural residual, length) and
             "relaxation".
         """
-        with compiling("psor"):
-            from ..methods.sor.relaxation import AdaptiveRelaxation
-            from ..methods.sor.sweepers import LatticeSweeper, SparseSweeper
+        load_modules("contactqp.methods.sor.sweepers", kernels="psor")
+        from ..methods.sor.relaxation import AdaptiveRelaxation
+        from ..methods.sor.sweepers import LatticeSweeper, SparseSweeper
 
         adaptive = AdaptiveRelaxation() if relaxation == "auto" else None
         beta = adaptive.beta if adaptive else open_interval(relaxation, 0.0, 2.0, "relaxation")
@@ -87,7 +86,7 @@ class Psor(Backend):
         if order == "red-black" and lattice is None:
             raise ValueError("order='red-black' needs a Membrane or a Cable: a lattice of equal arms")
 
-        started = time.perf_counter()
+        started = working_seconds()
         sweeper: Sweeper
         start = np.zeros(problem.size) if task.warm_start is None else problem.project(task.warm_start)
         if lattice is not None:
@@ -102,7 +101,7 @@ class Psor(Backend):
             rule = _CertifiedRule(task)
         else:
             rule = _StepRule(small) if stopping == "step" else _ResidualRule(small, _arm_weight(problem))
-        setup_seconds = time.perf_counter() - started
+        setup_seconds = working_seconds() - started
 
         budget = _MAX_SWEEPS if task.max_iter is None else task.max_iter
         at_once = 1 if history or adaptive else max(1, _NODE_UPDATES_A_CALL // problem.size)
@@ -132,7 +131,7 @@ class Psor(Backend):
             termination=f"{why} after {done} sweeps, relaxation {beta:.3f}",
             iterations=done,
             setup_seconds=setup_seconds,
-            solve_seconds=time.perf_counter() - started - setup_seconds,
+            solve_seconds=working_seconds() - started - setup_seconds,
             history=dict(zip(names, columns, strict=True)) if history else {},
             claimed_solved=stop is Stop.DONE and why != _STALLED,
         )

@@ -5,7 +5,6 @@ The judge decides when the answer is good enough: a library's own residuals say 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
@@ -15,7 +14,8 @@ from typing import TypeVar
 import numpy as np
 
 from ..foundation.checks import Vector
-from ..foundation.progress import run_interruptibly
+from ..foundation.interrupts import run_interruptibly
+from ..foundation.loading import working_seconds
 from .base import Answer, Stop, Task
 
 Setting = TypeVar("Setting")
@@ -94,7 +94,7 @@ def tightened(
         After Ctrl-C; the library may still be at work then.
     """
     abandoned = Event() if abandoned is None else abandoned
-    started, setup_before = time.perf_counter(), setup_seconds
+    started, setup_before = working_seconds(), setup_seconds
     gap: Vector | None = None
     least, done, stop, findings = np.inf, 0, Stop.DONE, list[str]()
     latest = Round(None, Stop.TIME_LIMIT, "time limit during set-up", 0)
@@ -133,7 +133,7 @@ def tightened(
         termination=latest.termination,
         iterations=done,
         setup_seconds=setup_seconds,
-        solve_seconds=time.perf_counter() - started - (setup_seconds - setup_before),
+        solve_seconds=working_seconds() - started - (setup_seconds - setup_before),
         note=note,
         findings=tuple(findings),
         claimed_solved=stop is Stop.DONE and latest.claims,

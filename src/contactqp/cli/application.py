@@ -10,8 +10,9 @@ import typer
 
 from .._version import __version__
 from ..foundation.files import require_writable
+from ..foundation.interrupts import INTERRUPTED
 
-EXIT_OK, EXIT_NOT_CERTIFIED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, 130
+EXIT_OK, EXIT_NOT_CERTIFIED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, INTERRUPTED
 
 app = typer.Typer(
     name="contactqp",
@@ -57,6 +58,7 @@ class bad_input:  # noqa: N801
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         if isinstance(error, KeyboardInterrupt):
+            typer.echo("contactqp: interrupted", err=True)
             raise typer.Exit(EXIT_INTERRUPTED) from None
         if isinstance(error, BrokenPipeError):  # who read our output has enough of it
             return

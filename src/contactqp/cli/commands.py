@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..foundation.interrupts import ended_by_interrupts
 from .application import (
-    EXIT_INTERRUPTED,
     EXIT_NOT_CERTIFIED,
     EXIT_OK,
     PICTURES,
@@ -171,6 +171,7 @@ def paper(
 ) -> None:
     """Solve the paper's hexagon at the ten loads of its Table 1, and write table and figures into a folder.
 
+    The paper: Analysis of membranes stretched over a unilateral support, of the 1970s.
     The rigid surface is a surrogate consistent with Table 1, not a reproduction.
 
     Exit code 0: all certified, contact sets nested and the same by all backends; 1: not; 2: bad input;
@@ -215,7 +216,5 @@ def _model_of(case: Path) -> Membrane | Cable:
 
 def main() -> None:
     """Run the command line."""
-    try:
+    with ended_by_interrupts():
         app()
-    except KeyboardInterrupt:
-        raise SystemExit(EXIT_INTERRUPTED) from None

@@ -54,6 +54,7 @@ COLUMNS = (
     Column(lambda row: _yes_or_no(row.claimed), "", _ERROR, "said to be solved", words=True),
     Column(lambda row: count(row.iterations), "iterations", _WORK, "iterations", rank=2),
     Column(lambda row: seconds(_first_run_seconds(row)), "seconds"),
+    Column(lambda row: seconds(row.loading_seconds), "", _WORK, "loading (s)"),
     Column(lambda row: seconds(row.cold_seconds), "", _WORK, "cold (s)"),
     Column(lambda row: seconds(row.setup_seconds), "", _WORK, "set-up (s)"),
     Column(lambda row: seconds(row.solve_seconds), "", _WORK, "solve (s)"),

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..foundation.checks import Vector, integer_at_least
+from ..foundation.loading import load_modules
 from ..models.base import ContactModel, split
 from ..problem.contact_qp import ContactQP
 from ..solving.solution import Solution
@@ -159,12 +160,14 @@ class Comparison:
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows as a pandas.DataFrame, indexed by backend."""
+        load_modules("pandas")
         import pandas as pd
 
         return pd.DataFrame(records_of(self.rows, self.problem)).set_index("backend")
 
     def pairs_frame(self) -> pd.DataFrame:
         """Return the pairs as a pandas.DataFrame, with the number of differing nodes."""
+        load_modules("pandas")
         import pandas as pd
 
         records = [asdict(pair) | {"differing_nodes": pair.differing_nodes.size} for pair in self.pairs]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..foundation.loading import load_modules
 from .answers import Answers
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ _COLUMNS = [
 
 def worst_nodes(answers: Answers, count: int) -> pd.DataFrame:
     """Return at most ``count`` nodes where the finite answers lie farthest apart, see `Comparison.worst_nodes`."""
+    load_modules("pandas")
     import pandas as pd
 
     if len(answers.finite) < 2:

@@ -80,11 +80,12 @@ def report_html(compared: Compared, title: str = "") -> str:
     headline = title or compared.subject
     sections = [
         _heading(compared, headline),
+        _best_answer(compared),
         _metrics(compared),
         _truth(compared),
         _findings(compared),
         _pairs(compared),
-        _pictures(compared),
+        _disagreement(compared),
         _worst_nodes(compared),
         _settings(compared),
         _surroundings(compared),
@@ -249,29 +250,33 @@ def _pairs(compared: Compared) -> str:
     return "<h2>Pairs</h2>\n" + _table("How every two answers differ", headings, body)
 
 
-def _pictures(compared: Compared) -> str:
+def _best_answer(compared: Compared) -> str:
     answers = compared.answers
     best = answers.best
     if best is None:
         return ""
     upper = at_upper_bound(None if answers.problem.one_sided else int(best.contact_upper.sum()))
     in_contact = f"{int(best.contact.sum())} of {best.problem.size} nodes in contact{upper}"
-    found = _figure(
+    return _figure(
         plot_comparison(compared),
         f"The best answer, by {best.backend}, with {in_contact}; "
         f"beside it bars of each backend's certified error and seconds. {compared.conclusion.sentence}",
         "The best answer, and what each backend reached in what time",
         "both",
     )
-    if len(answers.finite) > 1:
-        found += _figure(
-            plot_disagreement(compared),
-            "Difference between the largest and the smallest gap of all answers at each node; "
-            f"its maximum is {answers.spread.max():.2g}",
-            "How far the answers lie apart; the numbers are the ranks in the next table",
-            "map",
-        )
-    return f"<h2>Pictures</h2>\n{found}"
+
+
+def _disagreement(compared: Compared) -> str:
+    answers = compared.answers
+    if len(answers.finite) < 2:
+        return ""
+    return "<h2>Where the answers lie apart</h2>\n" + _figure(
+        plot_disagreement(compared),
+        "Difference between the largest and the smallest gap of all answers at each node; "
+        f"its maximum is {answers.spread.max():.2g}",
+        "How far the answers lie apart; the numbers are the ranks in the next table",
+        "map",
+    )
 
 
 def _figure(figure: Figure, alternative: str, caption: str, kind: str) -> str:

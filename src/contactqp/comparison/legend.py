@@ -35,8 +35,10 @@ _SUPPORTED: dict[str, str] = {
     "Jaccard distance": "1 − |intersection| / |union| of the contact set and the best answer's: 0 if they are equal.",
     "boundary distance": "Hausdorff distance of the free boundary from the best answer's (length), in middles of the "
     "lattice's arms; inf if only one has a free boundary.",
-    "cold, warm": "Seconds of the first run, with scaling, compiling where it is due, and judging; and of the fastest "
-    "of the runs after it, for which the backend kept its set-up.",
+    "loading": "Seconds for loading libraries and compiling kernels, which pass once in a process; no other time "
+    "contains them.",
+    "cold, warm": "Seconds of the first run, with scaling and judging; and of the fastest of the runs after it, for "
+    "which the backend kept its set-up.",
     "set-up, solve": "Seconds of the first run that the backend spent on conversion and factorisation, and on "
     "iterating.",
 }

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from ..proof.certificate import Certificate
 
 
@@ -98,6 +99,7 @@ def boundary_distance(first: NDArray[np.float64], second: NDArray[np.float64]) -
     >>> boundary_distance(np.array([[0.0, 0.0]]), np.array([[0.0, 0.0], [3.0, 4.0]]))
     5.0
     """
+    load_modules("scipy.spatial")
     from scipy.spatial import cKDTree
 
     if not len(first) or not len(second):

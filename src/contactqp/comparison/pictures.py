@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from .rows import Row
+
 
 _DECADES = 6
 """The scale of differences spans this many powers of ten; smaller differences are drawn as its lower end."""
@@ -80,7 +82,8 @@ def _draw_bars(above: Axes, below: Axes, compared: Compared) -> None:
         yticklabels=names,
     )
     above.invert_yaxis()
-    seconds = [np.nan if row.solve_seconds is None else row.solve_seconds + (row.setup_seconds or 0) for row in rows]
+    warm = any(row.warm_seconds is not None for row in rows)
+    seconds = [_seconds(row) for row in rows]
     finite = [s for s in seconds if s > 0]
     start = min(finite) / 3 if finite else 1e-3
     below.barh(position, np.array(seconds) - start, left=start, color=GROUND, height=0.6)
@@ -89,10 +92,18 @@ def _draw_bars(above: Axes, below: Axes, compared: Compared) -> None:
         below.annotate(
             f" {text}", (seconds[k] if seconds[k] > 0 else start, k), va="center", fontsize="small", color=INK
         )
-    below.set(xscale="log", xlim=(start, max([*finite, start]) * 12), title="Seconds")
+    heading = "Seconds, warm" if warm else "Seconds of set-up and solve, all loaded"
+    below.set(xscale="log", xlim=(start, max([*finite, start]) * 12), title=heading)
     for axes in (above, below):
         axes.title.set_fontsize("medium")
         tidy(axes)
+
+
+def _seconds(row: Row) -> float:
+    """Return the fastest warm run's time, without one that of the first run's set-up and solve; nan without any."""
+    if row.warm_seconds is not None:
+        return row.warm_seconds
+    return np.nan if row.solve_seconds is None else row.solve_seconds + (row.setup_seconds or 0.0)
 
 
 def _counted(compared: Compared, backend: str, iterations: int) -> str:

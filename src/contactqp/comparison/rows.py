@@ -57,6 +57,8 @@ class Row:
         one has; None for a bare matrix.
     cold_seconds : float or None
         The first run, with scaling and judging.
+    loading_seconds : float or None
+        What loading libraries and compiling kernels took before it; no other time contains it.
     warm_seconds : float or None
         The fastest of the runs after it, in a `Solver` that keeps the backend's set-up; None if there were none.
     claimed : bool or None
@@ -94,6 +96,7 @@ class Row:
     contact_jaccard: float | None = None
     boundary_distance: float | None = None
     cold_seconds: float | None = None
+    loading_seconds: float | None = None
     warm_seconds: float | None = None
     claimed: bool | None = None
     max_slope: float | None = None
@@ -124,6 +127,7 @@ def row_of(outcome: Outcome, answers: Answers) -> Row:
         setup_seconds=answer.setup_seconds,
         solve_seconds=answer.solve_seconds,
         cold_seconds=answer.seconds,
+        loading_seconds=answer.loading_seconds,
         warm_seconds=outcome.warm_seconds,
         claimed=answer.claimed_solved,
         findings=answer.findings,

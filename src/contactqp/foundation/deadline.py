@@ -6,7 +6,8 @@ import time
 from collections.abc import Callable
 from typing import TypeVar
 
-from .progress import OutOfTime, Progress, run_interruptibly
+from .interrupts import OutOfTime, run_interruptibly
+from .progress import Progress
 
 T = TypeVar("T")
 

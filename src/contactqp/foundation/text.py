@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 from decimal import ROUND_UP, Decimal, localcontext
 
+import numpy as np
+
+from .checks import Vector
+
 
 def at_most(value: float, digits: int = 2) -> str:
     """Return ``value`` rounded upwards to some significant digits, so that ``<=`` before it is true.
@@ -45,3 +49,18 @@ def shortened(value: object, length: int = 60) -> str:
     """Return a value as text of at most so many characters."""
     text = " ".join(str(value).split())
     return text if len(text) <= length else text[: length - 1] + "…"
+
+
+def span_of(values: Vector, digits: int = 4) -> str:
+    """Return the range of the finite values, ``none`` if there is none.
+
+    Examples
+    --------
+    >>> span_of(np.array([2.0, 0.5, np.inf])), span_of(np.array([3.0, 3.0])), span_of(np.array([np.inf]))
+    ('0.5 to 2', '3', 'none')
+    """
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return "none"
+    low, high = (f"{float(bound):.{digits}g}" for bound in (known.min(), known.max()))
+    return low if low == high else f"{low} to {high}"

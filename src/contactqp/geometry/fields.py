@@ -123,6 +123,9 @@ def sample(
     def entries(given: Any) -> NDArray[np.float64]:
         if is_dataarray(given) and given.ndim:
             return lattice.gather(on_lattice(lattice, given, name, rows))
+        # What is masked outside the nodes does no harm.
+        if _masked_grid(given, lattice):
+            given = np.ma.filled(np.ma.asarray(given, dtype=np.float64), np.nan)
         values = real_array(given, name)
         if values.shape == lattice.shape:
             return lattice.gather(upwards_rows(values, rows))
@@ -191,6 +194,13 @@ def sample_points(
     return values_at(field, name, coordinates, entries, describe, chosen.size, allow_inf=allow_inf, absent=absent)
 
 
+def _masked_grid(field: Any, lattice: Lattice) -> bool:
+    """Whether a field is a masked array of the lattice's shape, with a value at each node."""
+    if not np.ma.is_masked(field) or np.shape(field) != lattice.shape or field.dtype.kind not in "iuf":
+        return False
+    return not (np.ma.getmaskarray(field) & lattice.mask).any()
+
+
 def of_x_and_y(field: Any) -> Any:
     """Return a function of x alone as one of (x, y), and everything else as it is.
 
@@ -219,12 +229,25 @@ def of_x_and_y(field: Any) -> Any:
 
 def evaluated(function: Any, x: Vector, y: Vector, name: str) -> NDArray[np.float64]:
     """Return what a function of (x, y) returns for points: a vector of their values, or a number."""
-    values = real_array(function(x, y), f"{name}(x, y)")
+    values = real_array(_values_of(function, x, y), f"{name}(x, y)")
     if values.shape not in ((), x.shape):
         raise ValueError(
             f"{name}(x, y) must return a number or shape {x.shape} for the {x.size} points, got {values.shape}"
         )
     return values
+
+
+def _values_of(function: Any, x: Vector, y: Vector) -> Any:
+    """Return what a function returns for vectors, or point by point where it takes numbers only."""
+    try:
+        return function(x, y)
+    except (TypeError, ValueError):
+        # As ``math.sqrt`` and ``if x > 0`` do. What is wrong with single points, too, is told of the vectors.
+        try:
+            return [float(function(float(a), float(b))) for a, b in zip(x, y, strict=True)]
+        except (TypeError, ValueError, ArithmeticError):
+            pass
+        raise
 
 
 def is_function(field: Any) -> bool:

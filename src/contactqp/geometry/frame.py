@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, finite_number, positive_number
 from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
+from ..foundation.loading import load_modules
+from ..foundation.pictures import UnitNames, Wanted, drawn
 from .lattice import Lattice, refuse_indistinct, spacing_of_nodes
 from .on_contour import FrameFit, nearest_fitting
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from shapely.geometry.base import BaseGeometry
 
 Point = tuple[float, float]
@@ -57,6 +60,7 @@ class Frame:
         center : (float, float)
             Centre (length).
         """
+        load_modules("shapely.geometry")
         from shapely.geometry import box
 
         half_width, half_height = positive_number(width, "width") / 2, positive_number(height, "height") / 2
@@ -79,6 +83,7 @@ class Frame:
         center : (float, float)
             Centre (length).
         """
+        load_modules("shapely.geometry")
         from shapely.geometry import Point as ShapelyPoint
 
         limit = positive_number(radius, "radius")
@@ -126,6 +131,7 @@ class Frame:
         ValueError
             If the contour crosses itself or encloses no area.
         """
+        load_modules("shapely.geometry")
         from shapely.geometry import Polygon
 
         rings = [[_point(corner, f"corners[{i}]") for i, corner in enumerate(corners)]]
@@ -151,6 +157,7 @@ class Frame:
         ValueError
             If it is empty or invalid (the message carries shapely's reason).
         """
+        load_modules("shapely")
         import shapely
 
         kind = getattr(geometry, "geom_type", type(geometry).__name__)
@@ -259,6 +266,21 @@ class Frame:
             return None
         return FrameFit(mask, spacing, (float(x[0]), float(y[0])), self.geometry.bounds, self._inside, margin)
 
+    def plot(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw the frame: the contour and what it encloses.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own to draw into; by default there is a new figure, which shows itself in a notebook.
+        title : str, optional
+            Headline in place of the picture's own.
+        units : str, optional
+            Unit of length for labels.
+        """
+        figure: Figure = drawn(self, Wanted(ax, None, title, units))
+        return figure
+
     def __or__(self, other: Frame) -> Frame:
         joined = _closed(self.geometry.union(other.geometry))
         in_joined = _polygon_predicate(joined)
@@ -299,6 +321,7 @@ def _closed(geometry: BaseGeometry) -> BaseGeometry:
 
 def _polygon_predicate(geometry: BaseGeometry) -> _Inside:
     """Return the test for points strictly inside a polygon, made about its own corner to keep digits far from 0."""
+    load_modules("shapely")
     import shapely
 
     corner_x, corner_y = geometry.bounds[:2]

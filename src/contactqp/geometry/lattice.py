@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Mask, Vector, finite_number, one_of, positive_number, read_only
+from ..foundation.loading import load_modules
+from ..foundation.pictures import UnitNames, Wanted, drawn
 from .numbering import Numbering
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Lattice:
@@ -136,9 +141,25 @@ class Lattice:
     @cached_property
     def parts(self) -> int:
         """Number of connected parts (nodes joined by lattice arms)."""
+        load_modules("scipy.ndimage")
         from scipy import ndimage
 
         return int(ndimage.label(self.mask)[1])
+
+    def plot(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw the lattice: its nodes, the points of the frame, and which way rows and columns are counted.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own to draw into; by default there is a new figure, which shows itself in a notebook.
+        title : str, optional
+            Headline in place of the picture's own.
+        units : str, optional
+            Unit of length for labels.
+        """
+        figure: Figure = drawn(self, Wanted(ax, None, title, units))
+        return figure
 
     def scatter(self, vector: ArrayLike, fill: float = np.nan) -> NDArray[Any]:
         """Lay a vector in node order out on the lattice's array, with ``fill`` where there is no node.

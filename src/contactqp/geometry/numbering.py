@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from .runs import FIRST, LAST, ROW, SUPPORTED
 
 Grid: TypeAlias = NDArray[np.float64]
@@ -135,6 +136,7 @@ class Layout(Numbering):
 
     def grid(self, vector: Vector, out: Grid | None = None) -> Grid:
         """Lay a vector in node order out, with the ring about it; zero elsewhere, or what ``out`` holds there."""
+        load_modules("contactqp.geometry.numbering_kernels", kernels="lattices")
         from .numbering_kernels import lay_out
 
         grid = self.zeros() if out is None else out
@@ -143,6 +145,7 @@ class Layout(Numbering):
 
     def vector(self, grid: Grid) -> Vector:
         """Return the nodes' values on an array with the ring about it, in node order."""
+        load_modules("contactqp.geometry.numbering_kernels", kernels="lattices")
         from .numbering_kernels import take_nodes
 
         vector = np.empty(self.size)

@@ -47,7 +47,7 @@ def load_case(path: str | Path) -> Membrane | Cable:
     ... frame = {shape = "disk", radius = 2.0}
     ... ''')
     >>> load_case(case)
-    Membrane(45 nodes, spacing=0.5, tension=1)
+    Membrane(45 nodes, spacing=0.5, tension=1, load=2, support=0.3)
     """
     path = Path(path)
     data = read_toml(path)

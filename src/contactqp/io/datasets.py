@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from ..foundation.loading import load_modules
 from .fields import Field, fields_of
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def solution_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
 
 def dataset_of(model: ContactModel, fields: Mapping[str, Field]) -> xr.Dataset:
     """Return quantities at a model's nodes as a dataset, with units and meanings, and the model's coordinates."""
+    load_modules("xarray")
     import xarray as xr
 
     variables = {

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..foundation.files import replaced_as_a_whole
+from ..foundation.loading import load_modules
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,6 +46,7 @@ def read_netcdf(path: Path) -> xr.Dataset:
     >>> read_netcdf(file)["gap"].to_numpy()
     array([0. , 0.5])
     """
+    load_modules("xarray", "netCDF4")
     import xarray as xr
 
     with _ONE_AT_A_TIME:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import CaseFileError
 from ..foundation.checks import Vector
+from ..foundation.loading import load_modules
 from ..geometry.fields import Rows, upwards_rows
 from ..geometry.lattice import Lattice
 from .rasters import Raster
@@ -123,6 +124,7 @@ def _nearest(file: Vector, nodes: Vector) -> NDArray[np.intp]:
 
 def _interpolated(values: _Grid, axes: list[Vector], targets: list[Vector]) -> _Grid:
     """Interpolate bilinearly; what takes a share of a missing value is missing."""
+    load_modules("scipy.interpolate")
     from scipy.interpolate import RegularGridInterpolator
 
     for axis in (0, 1):

@@ -103,8 +103,8 @@ def _opened(file: Path) -> Image:
     try:
         return opened_picture(file)
     except UnidentifiedImageError:
-        what = _OTHER_KIND if file.suffix.lower().startswith(".tif") else "it is damaged, or no picture"
-        raise CaseFileError(f"cannot read it: {what}") from None
+        other = f", or {_OTHER_KIND}" if file.suffix.lower().startswith(".tif") else ""
+        raise CaseFileError(f"it is no picture, or a damaged one{other}") from None
 
 
 def _refuse_other_pages(picture: Image) -> None:

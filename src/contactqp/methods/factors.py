@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from ..foundation.checks import Vector
+from ..foundation.loading import load_modules
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -30,6 +31,7 @@ def factorised(matrix: csr_array, *, pivoting: bool = False, definite: bool = Fa
     definite : bool
         Whether to return None also where a pivot is negative, so that the matrix is not positive definite.
     """
+    load_modules("scipy.sparse.linalg")
     from scipy.sparse import linalg
 
     symmetric = {} if pivoting else {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}

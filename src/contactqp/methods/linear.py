@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from .factors import DIRECT_SIZE, Solve, factorised
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
         return None if factors is None else (factors, True)
     lattice = stiffness.lattice
     if lattice is not None:
+        load_modules("contactqp.methods.multigrid.linear", kernels="multigrid")
         from .multigrid.linear import solve_linear
 
         return lambda force: solve_linear(lattice, force, tolerance), False
@@ -74,6 +76,7 @@ def preconditioner(matrix: csr_array, candidate: Vector) -> Solve | None:
     """
     if not _can_compile():
         return None
+    load_modules("scipy.linalg")
     from scipy.linalg import LinAlgError
 
     from .amg.amg import Amg

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..algebra.sparse import DENSE_SIZE
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from .factors import Solve, factorised
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-_DENSE_SIZE = 50
-"""Up to so many unknowns a dense matrix is multiplied and solved with in less time than a sparse one is looked at."""
 
 _NARROW = 3.0
 """A band of this many times the root of the size is factorised faster than the sparse matrix, up to some thousands."""
@@ -90,6 +89,7 @@ class _Banded(_Sparse):
         return entries.row[below], entries.col[below], entries.data[below]
 
     def _factorised(self, chosen: Mask) -> Solve | None:
+        load_modules("scipy.linalg")
         from scipy.linalg import lapack
 
         rows, columns, values = self._lower_half
@@ -122,7 +122,7 @@ def parts_of(matrix: csr_array) -> Parts:
     array([0.5, 1.5])
     """
     size = matrix.shape[0]
-    if size <= _DENSE_SIZE:
+    if size <= DENSE_SIZE:
         return _Dense(matrix)
     width = int((np.arange(size) - matrix.indices[matrix.indptr[:-1]]).max())
     return _Banded(matrix) if width <= _NARROW * np.sqrt(size) else _Sparse(matrix)

@@ -7,19 +7,26 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ContactWarning
-from ..foundation.checks import Mask, Vector, read_only, repeated, times
+from ..foundation.cards import card
+from ..foundation.checks import Mask, Vector, read_only, repeated, times, vector
 from ..foundation.outside import stacklevel_outside
+from ..foundation.pictures import UnitNames, Wanted, drawn, drawn_in_space
+from ..foundation.text import span_of
+from ..geometry.fields import is_dataarray
 from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
 from ..problem.contact_qp import ContactQP
 from ..profiles.analytic import Profile
 from .suspicions import Heights, suspicions_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -166,7 +173,7 @@ class ContactModel(ABC):
     @property
     @abstractmethod
     def units(self) -> dict[str, str]:
-        """Units of the model's quantities in words, by name."""
+        """UnitNames of the model's quantities in words, by name."""
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -367,6 +374,64 @@ class ContactModel(ABC):
         reachable = float(np.minimum(np.maximum(depth, 0.0, out=depth), down, out=down).mean())
         return max(reachable + suction + summit, least_down) or None
 
+    def plot(
+        self, ax: Any = None, *, section: float | None = None, title: str | None = None, units: UnitNames = ""
+    ) -> Figure:
+        """Draw the model before it is solved: frame, support and load, with their directions.
+
+        Ordinates are drawn positive downwards, and arrows show where the load points. A membrane's map shows which way
+        the rows of arrays are counted, and where there is no support. The figure shows itself in a notebook; elsewhere
+        use ``figure.savefig``.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own to draw into; by default there is a new figure.
+        section : float, optional
+            Ordinate y of the section (length); the nearest row is drawn. By default the middle one.
+        title : str, optional
+            Headline in place of the picture's own.
+        units : str or mapping, optional
+            Unit of length for labels, as ``"m"``, or ``{"length": "m", "force": "kN"}``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        figure: Figure = drawn(self, Wanted(ax, section, title, units))
+        return figure
+
+    def plot3d(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw a membrane's frame and support in space, see `plot`; ``ax`` must be axes in space.
+
+        Raises
+        ------
+        TypeError
+            If the model is no membrane.
+        """
+        figure: Figure = drawn_in_space(self, Wanted(ax, None, title, units))
+        return figure
+
+    @property
+    def _ranges(self) -> str:
+        """Ranges of load and support over the nodes, for a line of text."""
+        return f"load={span_of(self.load)}, support={span_of(self.support)}"
+
+    def _repr_html_(self) -> str:
+        units = self.units
+        parameters = {name: f"{value:g}" for name, value in self.parameters.items()}
+        unsupported = int(np.count_nonzero(~self.supported))
+        support = f"{span_of(self.support)} ({units['support']}, {self.sense})"
+        facts = {
+            "nodes": str(self.size),
+            "in plan": " x ".join(f"{side:g}" for side in self.extent),
+            **parameters,
+            "load": f"{span_of(self.load)} ({units['load']}, positive downwards)",
+            "support": support if unsupported < self.size else "none",
+            "unsupported": f"{unsupported} nodes" if unsupported else "",
+        }
+        return card(type(self).__name__, facts)
+
     def deflection(self, gap: Vector) -> Vector:
         """Return the nodes' heights under the load (length), positive downwards, unless ``upwards``.
 
@@ -417,3 +482,40 @@ def split(problem: ContactQP | ContactModel) -> tuple[ContactModel | None, Conta
     if isinstance(problem, ContactQP):
         return None, problem
     raise TypeError(f"problem must be a Membrane, a Cable, a CableNet or a ContactQP, got {type(problem).__name__}")
+
+
+def at_unknowns(problem: ContactQP | ContactModel, values: Any, name: str, *, copied: bool = True) -> Vector:
+    """Return a finite value for each unknown, shape (n,), however a program lays them out.
+
+    Parameters
+    ----------
+    problem : Membrane, Cable, CableNet or ContactQP
+    values : array, xarray.DataArray, Solution, or xarray.Dataset
+        A vector in node order; on a lattice an array of its shape, of which the entries that are no nodes may be
+        anything or be masked, or a DataArray with the dims y and x; of a solution or a dataset its ``gap``.
+    name : str
+        The argument's name, for messages.
+    copied : bool
+        Whether the vector is a new one, whatever was given.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the values have the wrong kind or shape or are not finite.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> lattice = cq.Lattice.from_mask([[True, False], [True, True]], spacing=1.0)
+    >>> membrane = cq.Membrane(lattice, tension=1.0, load=1.0, support=0.1)
+    >>> at_unknowns(membrane, [[0.1, np.nan], [0.2, 0.3]], "gap")
+    array([0.1, 0.2, 0.3])
+    """
+    model, algebra = split(problem)
+    if not isinstance(values, np.ndarray):
+        values = getattr(values, "gap", values)
+    if model is not None and (is_dataarray(values) or np.ndim(values) == 2):
+        values = model.at_nodes(values, name)
+    elif algebra.stencil is not None and np.ndim(values) == 2:
+        values = algebra.stencil.numbering.to_vector(np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan))
+    return vector(values, algebra.size, name, copied=copied)

@@ -65,7 +65,7 @@ class Cable(LatticeModel):
     >>> import contactqp as cq
     >>> cable = cq.Cable(span=10.0, spacing=1.0, tension=1.0, load=1.0, support=2.0)
     >>> cable
-    Cable(9 nodes, spacing=1, tension=1)
+    Cable(9 nodes, spacing=1, tension=1, load=1, support=2)
     >>> cq.solve(cable, backend="clarabel").contact.nonzero()[0] + 1
     array([2, 3, 4, 5, 6, 7, 8])
     """

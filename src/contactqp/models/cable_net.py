@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, boolean, positive_number, read_only, refuse_non_finite
+from ..foundation.loading import load_modules
 from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
 from .base import ContactModel, Coordinate, elevations_of
@@ -97,7 +98,7 @@ class CableNet(ContactModel):
     ...     fixed=[1, 2, 3, 4],
     ... )
     >>> net
-    CableNet(1 node, 4 segments, 4 fixed points)
+    CableNet(1 node, 4 segments, 4 fixed points, load=1, support=0.1)
     >>> cq.solve(net).reaction.round(12)
     array([0.2])
     """
@@ -187,7 +188,7 @@ class CableNet(ContactModel):
         >>> import contactqp as cq
         >>> lattice = cq.Frame.rectangle(4, 4).lattice(spacing=1.0)
         >>> cq.CableNet.orthogonal(lattice, 1.0, load=1.0, support=0.9)
-        CableNet(9 nodes, 24 segments, 12 fixed points)
+        CableNet(9 nodes, 24 segments, 12 fixed points, load=1, support=0.9)
         """
         if not isinstance(lattice, Lattice):
             raise TypeError(
@@ -249,6 +250,7 @@ class CableNet(ContactModel):
         >>> cq.CableNet.plan_in_equilibrium([*corners, [1, 1]], spokes, [1, 1, 3, 3], fixed=[0, 1, 2, 3])[4]
         array([2., 3.])
         """
+        load_modules("scipy.sparse.linalg")
         from scipy.sparse.linalg import spsolve
 
         net = CableNet(positions, segments, force_density=force_density, load=0.0, support=0.0, fixed=fixed)
@@ -340,6 +342,7 @@ class CableNet(ContactModel):
         return np.asarray((self._number[self.segments] >= 0).any(axis=1))
 
     def _stiffness(self) -> csr_array:
+        load_modules("scipy.sparse")
         from scipy import sparse
 
         ends = self._number[self.segments]
@@ -392,6 +395,7 @@ class CableNet(ContactModel):
     def _reach(self) -> float:
         # The deflection of any node is at most the whole load times the node's own softness, and that is at most the
         # softness of a path to a fixed point: to take the other segments away makes a net softer (Rayleigh).
+        load_modules("scipy.sparse", "scipy.sparse.csgraph")
         from scipy import sparse
         from scipy.sparse import csgraph
 
@@ -420,6 +424,7 @@ class CableNet(ContactModel):
         return np.asarray(lengths)
 
     def _refuse_floating_parts(self) -> None:
+        load_modules("scipy.sparse", "scipy.sparse.csgraph")
         from scipy import sparse
         from scipy.sparse import csgraph
 
@@ -441,6 +446,7 @@ class CableNet(ContactModel):
         unsupported = int(np.count_nonzero(~self.supported))
         counted = [(self.size, "node"), (len(self.segments), "segment"), (self.fixed.size, "fixed point")]
         parts = [f"{count} {noun}{'' if count == 1 else 's'}" for count, noun in counted]
+        parts.append(self._ranges)
         parts += [f"{unsupported} unsupported"] if unsupported else []
         parts += ["heights upwards"] if self.upwards else []
         return f"{type(self).__name__}({', '.join(parts)})"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..foundation.checks import positive_number
+from ..foundation.keywords import by_name_after
 from ..geometry.fields import FieldLike, Rows
 from ..geometry.lattice import Lattice
 from .on_lattice import LatticeModel
@@ -47,7 +48,7 @@ class Membrane(LatticeModel):
     >>> lattice = cq.Frame.rectangle(4, 4).lattice(spacing=1.0)
     >>> membrane = cq.Membrane(lattice, tension=1.0, load=1.0, support=0.9)
     >>> membrane
-    Membrane(9 nodes, spacing=1, tension=1)
+    Membrane(9 nodes, spacing=1, tension=1, load=1, support=0.9)
     >>> solution = cq.solve(membrane, backend="clarabel")
     >>> int(solution.contact.sum())
     1
@@ -56,14 +57,15 @@ class Membrane(LatticeModel):
     _load_unit = "force per area"
     _pressure_unit = "force per area"
 
+    @by_name_after(2, "load", "support", "frame_height")
     def __init__(
         self,
         lattice: Lattice,
         tension: float,
+        *,
         load: FieldLike,
         support: FieldLike,
         frame_height: FieldLike = 0.0,
-        *,
         upwards: bool = False,
         rows: Rows = "up",
     ) -> None:

@@ -226,7 +226,7 @@ class LatticeModel(ContactModel):
         note = f", {unsupported} unsupported" if unsupported else ""
         note += ", heights upwards" if self.upwards else ""
         nodes = f"{self.lattice.size} nodes, spacing={self.lattice.spacing:g}"
-        return f"{type(self).__name__}({nodes}, tension={self.tension:g}{note})"
+        return f"{type(self).__name__}({nodes}, tension={self.tension:g}, {self._ranges}{note})"
 
 
 def _ends(points: Mask, axis: int) -> tuple[Mask, Mask]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..foundation.brackets import Bracket, sum_between
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,6 +25,7 @@ _COLUMNS = [
 
 def spans_of(cable: LatticeModel, ends: tuple[float, float], solution: Answered) -> pd.DataFrame:
     """Return the rows of `Cable.spans` for a cable whose ends have the given abscissae (length)."""
+    load_modules("pandas")
     import pandas as pd
 
     _check(cable, solution)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..foundation.loading import load_modules
 from ..plotting.on_lattice import draw_frame_outline
 from ..plotting.style import BLUE, CLEAR, CONTACT, GROUND, INK, new_figure, tidy
 from .facts import MISPRINTED_LOAD, SURROGATE
@@ -92,6 +93,7 @@ def plot_optimal_factors(found: Reproduction) -> Figure:
 
 def plot_contact_maps(found: Reproduction) -> Figure:
     """Draw the support and the contact maps of all loads side by side, as Fig. 5 of the paper does."""
+    load_modules("matplotlib.colors")
     from matplotlib.colors import ListedColormap
 
     maps = found.contact_maps
@@ -186,12 +188,14 @@ def _draw_support(axes: Axes, figure: Figure, model: LatticeModel) -> None:
 
 
 def _colours(count: int) -> list[Any]:
+    load_modules("matplotlib")
     from matplotlib import colormaps
 
     return list(colormaps["viridis_r"](np.linspace(0.15, 1.0, count)))
 
 
 def _legend_of_curves() -> list[Any]:
+    load_modules("matplotlib.lines")
     from matplotlib.lines import Line2D
 
     return [

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..foundation.loading import load_modules
 from ..models.base import split
 from ..models.on_lattice import LatticeModel
 from ..problem.contact_qp import ContactQP
@@ -56,6 +57,7 @@ def jacobi_radius(problem: ContactQP | LatticeModel, free: ArrayLike) -> float:
     nodes = np.flatnonzero(chosen)
     if not nodes.size:
         return 0.0
+    load_modules("scipy.sparse", "scipy.sparse.linalg")
     from scipy import sparse
     from scipy.sparse import linalg
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..foundation.checks import Vector
 from ..foundation.files import held, require_folder
+from ..foundation.loading import load_modules
 from ..io.netcdf import read_netcdf, write_netcdf
 from ..models.base import ContactModel
 from ..models.varied import VARIED
@@ -115,6 +116,7 @@ class Checkpoint:
 
     def keep(self, value: float, solution: Solution, cold_iterations: int) -> None:
         """Write an answer beside all others, and replace the file as a whole."""
+        load_modules("xarray")
         import xarray as xr
 
         self._entries[value] = _Entry.of(solution, cold_iterations)

@@ -20,7 +20,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..foundation.cards import card
 from ..foundation.checks import Mask, Vector, finite_number
+from ..foundation.loading import load_modules
 from ..foundation.progress import Progress
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..models.base import ContactModel
@@ -97,6 +99,7 @@ class Events:
 
     def to_frame(self) -> pd.DataFrame:
         """Return the events in order, as a pandas.DataFrame with load, node, x, y and event ("settles" or "lifts")."""
+        load_modules("pandas")
         import pandas as pd
 
         return pd.DataFrame(
@@ -108,6 +111,18 @@ class Events:
                 "event": np.where(self.settles, "settles", "lifts"),
             }
         )
+
+    def _repr_html_(self) -> str:
+        lifts = int(np.count_nonzero(~self.settles))
+        facts = {
+            "model": repr(self.model),
+            "load factors": f"{self.start:g} to {self.stop:g}",
+            "settle": f"{self.load.size - lifts} nodes",
+            "lift": f"{lifts} nodes" if lifts else "",
+            "first touch": f"{self.first_touch:.6g}",
+            "all in contact": f"{self.full_contact:.6g}" if np.isfinite(self.full_contact) else "",
+        }
+        return card("Events", facts)
 
     def __repr__(self) -> str:
         lifts = int(np.count_nonzero(~self.settles))

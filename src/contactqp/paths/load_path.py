@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..foundation.brackets import Bracket
+from ..foundation.cards import card
 from ..foundation.checks import Vector, positive_number
+from ..foundation.loading import load_modules
+from ..foundation.pictures import UnitNames, Wanted
 from ..models.base import ContactModel
 from ..solving.solution import Solution
 from .monotonicity import promised, violations
@@ -17,6 +21,7 @@ from .monotonicity import promised, violations
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from matplotlib.animation import FuncAnimation as Animation
     from matplotlib.figure import Figure
 
     from .touchdown import Touchdown
@@ -116,6 +121,7 @@ class LoadPath:
         Columns: status, relative_bound, contact, contact_fraction, undecided, total_reaction_lower,
         total_reaction_upper (force), max_deflection (length), iterations, cold_iterations (if recorded), seconds.
         """
+        load_modules("pandas")
         import pandas as pd
 
         reactions = self.total_reaction
@@ -140,6 +146,7 @@ class LoadPath:
 
         The field of active loads is called ``active_load``, because ``load`` is the dimension.
         """
+        load_modules("xarray")
         import xarray as xr
 
         fields = [solution.to_dataset().rename(load="active_load") for solution in self.solutions]
@@ -150,11 +157,65 @@ class LoadPath:
         data.attrs["parameter"] = self.parameter
         return data
 
-    def plot(self) -> Figure:
-        """Draw contact fraction, total reaction, largest deflection and iterations against the parameter."""
+    def plot(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw contact fraction, total reaction, largest deflection and iterations against the parameter.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own, into which the contact fraction alone is drawn. By default there is a new figure.
+        title : str, optional
+            Headline in place of the verdict on monotonicity.
+        units : str or mapping, optional
+            Unit of length for labels, as ``"m"``, or ``{"length": "m", "force": "kN"}``.
+        """
         from .pictures import plot_path
 
-        return plot_path(self.to_frame(), self.solutions[0].iteration_unit, self.solutions[0].backend, self.verdict)
+        first, wanted = self.solutions[0], Wanted(ax, None, title, units)
+        return plot_path(self.to_frame(), first.iteration_unit, first.backend, self.verdict, wanted)
+
+    def animate(
+        self,
+        file: str | Path | None = None,
+        *,
+        seconds: float = 0.5,
+        section: float | None = None,
+        title: str | None = None,
+        units: UnitNames = "",
+        writer: Any = None,
+    ) -> Animation:
+        """Show the answers one after the other: contact map and section, or a cable's shape.
+
+        Parameters
+        ----------
+        file : path, optional
+            Where to write the film to, by a writer of matplotlib's that the suffix stands for: ``.gif`` by pillow,
+            ``.html`` as single pictures in a page, others, as ``.mp4``, by ffmpeg if that is installed.
+        seconds : float
+            For each picture, > 0.
+        section, title, units
+            As for `contactqp.Solution.plot`; the parameter's value stands behind the title.
+        writer : str or matplotlib writer, optional
+            In place of the one that the suffix stands for.
+
+        Returns
+        -------
+        matplotlib.animation.FuncAnimation
+            In a notebook ``HTML(animation.to_jshtml())`` shows it.
+
+        Raises
+        ------
+        ValueError
+            If the file's folder does not exist.
+        """
+        from .animation import animated
+
+        wanted = Wanted(None, section, title, units)
+        values = [
+            (f"{self.parameter} {value:g}", solution)
+            for value, solution in zip(self.values, self.solutions, strict=True)
+        ]
+        return animated(self.model, values, wanted, positive_number(seconds, "seconds"), file, writer)
 
     def plot_touchdown(self, width: float | None = None) -> Figure:
         """Draw at which load each node settles: the contact maps of all loads in one picture.
@@ -180,8 +241,18 @@ class LoadPath:
         others = len(self.findings) - 1
         return self.findings[0] + (f"; and {others} more finding{'s' if others > 1 else ''}" if others else "")
 
+    def _repr_html_(self) -> str:
+        facts = {"model": repr(self.model), "monotonicity": self.verdict}
+        table = self._told.to_html(float_format=lambda number: f"{number:.4g}")
+        return card(f"LoadPath of {len(self.solutions)} {self.parameter}s", facts, table)
+
+    @property
+    def _told(self) -> pd.DataFrame:
+        """The columns that fit into a window."""
+        return self.to_frame()[["status", "relative_bound", "contact", "undecided", "max_deflection", "iterations"]]
+
     def __repr__(self) -> str:
-        table = self.to_frame()[["status", "relative_bound", "contact", "undecided", "max_deflection", "iterations"]]
+        table = self._told
         text = table.to_string(float_format=lambda number: f"{number:.4g}")
         cautions = "".join(f"caution: {caution}\n" for caution in self.cautions)
         return f"LoadPath({self.model!r}, {len(self.solutions)} {self.parameter}s)\n{text}\n{cautions}{self.verdict}"

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..foundation.pictures import PLAIN, Wanted
+from ..plotting.geometry import figure_of
 from ..plotting.style import BLUE, CONTACT, GROUND, INK, new_figure, tidy
 from ..plotting.views import settling_figure
 
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 _NAMES = {"load": "load factor", "tension": "tension", "lift": "lift of the support"}
 
 
-def plot_path(table: pd.DataFrame, iteration_unit: str, backend: str, verdict: str) -> Figure:
+def plot_path(table: pd.DataFrame, iteration_unit: str, backend: str, verdict: str, wanted: Wanted = PLAIN) -> Figure:
     """Draw contact fraction, total reaction, largest deflection and iterations against the parameter.
 
     Parameters
@@ -31,17 +33,27 @@ def plot_path(table: pd.DataFrame, iteration_unit: str, backend: str, verdict: s
         Of the solutions.
     verdict : str
         See `LoadPath.verdict`.
+    wanted : Wanted
+        With axes given, the contact fraction alone is drawn.
     """
     parameter = str(table.index.name)
     table = table.sort_index()
     value = table.index.to_numpy()
+    text = f"{len(table)} {parameter}s: {verdict}" if wanted.title is None else wanted.title
+    if wanted.ax is not None:
+        wanted.ax.plot(value, table["contact_fraction"].to_numpy(), "o-", ms=4, lw=1.4, color=CONTACT)
+        wanted.ax.set(xlabel=_NAMES[parameter], ylabel="nodes in contact, fraction")
+        wanted.ax.set_title(fill(text, 60), fontsize="medium")
+        wanted.ax.set_ylim(bottom=0.0)
+        tidy(wanted.ax)
+        return figure_of(wanted.ax)
     figure = new_figure(10, 6)
     axes = figure.subplots(2, 2, sharex=True)
     middle = 0.5 * (table["total_reaction_lower"] + table["total_reaction_upper"])
     for place, values, label, colour in (
         (axes[0, 0], table["contact_fraction"], "nodes in contact, fraction", CONTACT),
-        (axes[0, 1], middle, "total reaction", CONTACT),
-        (axes[1, 0], table["max_deflection"], "deflection of the lowest node", BLUE),
+        (axes[0, 1], middle, wanted.label("total reaction", "force"), CONTACT),
+        (axes[1, 0], table["max_deflection"], wanted.label("deflection of the lowest node"), BLUE),
     ):
         place.plot(value, values.to_numpy(), "o-", ms=4, lw=1.4, color=colour)
         place.set(ylabel=label)
@@ -59,7 +71,7 @@ def plot_path(table: pd.DataFrame, iteration_unit: str, backend: str, verdict: s
     for place in axes.flat:
         tidy(place)
     # Findings are long sentences, and the title must not be wider than the figure.
-    figure.suptitle(fill(f"{len(table)} {parameter}s: {verdict}", 110), fontsize="medium")
+    figure.suptitle(fill(text, 110), fontsize="medium")
     return figure
 
 

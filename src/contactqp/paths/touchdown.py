@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..foundation.cards import card
 from ..foundation.checks import Vector
 from ..models.base import ContactModel
 
@@ -65,6 +66,15 @@ class Touchdown:
         from .pictures import plot_touchdown
 
         return plot_touchdown(self)
+
+    def _repr_html_(self) -> str:
+        facts = {
+            "model": repr(self.model),
+            "load factors": f"{self.loads.size} from {self.loads[0]:g} to {self.loads[-1]:g}",
+            "settle between them": f"{np.count_nonzero(np.isfinite(self.load))} nodes",
+            "known to": f"{self.width:.2g}",
+        }
+        return card("Touchdown", facts)
 
     def __repr__(self) -> str:
         closed = int(np.count_nonzero(np.isfinite(self.load)))

@@ -2,28 +2,77 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from ..foundation.pictures import PLAIN, Wanted
 from ..foundation.text import at_most
+from ..models.membrane import Membrane
 from ..models.records import subject_of
+from .geometry import figure_of
+from .space import membrane_in_space
 from .style import head
-from .views import answer_figure, certificate_figure
+from .views import answer_figure, certificate_figure, draw_into
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ..models.base import ContactModel
     from ..models.records import Answered, Enclosed
 
 
-def plot_solution(solution: Answered) -> Figure:
+def plot_solution(solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     """Draw a solution: for a membrane its contact map beside the middle section, for a cable the section alone.
 
-    A cable net is drawn in plan and in space, and a bare problem by its gaps and reactions, sorted.
+    A cable net is drawn in plan and in space, and a bare problem by its gaps and reactions, sorted. In axes of the
+    user's own there is the map, or a cable's shape, alone.
     """
-    figure = answer_figure(subject_of(solution), solution)
-    head(figure, _headline(solution))
+    subject = subject_of(solution)
+    if wanted.ax is not None:
+        draw_into(subject, wanted.ax, solution, wanted)
+        text = _headline(solution).split(",")[0] if wanted.title is None else wanted.title
+        wanted.ax.set_title(text, fontsize="medium")
+        with_units([wanted.ax], wanted)
+        return figure_of(wanted.ax)
+    figure = answer_figure(subject, solution, wanted)
+    head(figure, _headline(solution) if wanted.title is None else wanted.title)
+    with_units(figure.axes, wanted)
     return figure
+
+
+def plot_in_space(solution: Answered, wanted: Wanted = PLAIN) -> Figure:
+    """Draw a membrane's deflection over its support in space.
+
+    Raises
+    ------
+    TypeError
+        If the solution is not a membrane's.
+    """
+    subject = subject_of(solution)
+    if not isinstance(subject, Membrane):
+        raise TypeError(f"a view in space needs a Membrane, this solution is of {subject!r}; use plot()")
+    return membrane_in_space(subject, solution, wanted)
+
+
+_QUANTITIES = {
+    "x": "length",
+    "y": "length",
+    "ordinate, downwards": "length",
+    "gap ω": "length",
+    "length": "length",
+    "reaction R": "force",
+}
+"""What the labels of axes are of."""
+
+
+def with_units(axes: Iterable[Axes], wanted: Wanted) -> None:
+    """Write the units that are wanted behind the labels of axes whose quantity is known."""
+    for each in axes:
+        for axis in (each.xaxis, each.yaxis):
+            text = axis.get_label_text()
+            if text in _QUANTITIES:
+                axis.set_label_text(wanted.label(text, _QUANTITIES[text]))
 
 
 def plot_certificate(certificate: Enclosed, model: ContactModel) -> Figure:

@@ -7,24 +7,32 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..foundation.checks import Vector
+from ..foundation.pictures import PLAIN, Wanted
 from ..models.cable import Cable
 from ..models.records import states_of
-from .section import draw_section, section_axes
+from .section import draw_section, draw_shape, section_axes
 from .states import STATE_COLOURS, labels_of_states
 from .style import BLUE, CONTACT, GROUND, INK, new_figure, tidy
-from .views import NodePlaces, answer_figure, certificate_figure, draw_answer, settling_figure, values_figure
+from .views import NodePlaces, answer_figure, certificate_figure, draw_answer, draw_into, settling_figure, values_figure
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
     from ..models.records import Answered, Enclosed, Settling
 
 
 @answer_figure.register(Cable)
-def _answer_figure(cable: Cable, solution: Answered) -> Figure:
+def _answer_figure(cable: Cable, solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     figure = new_figure(9, 6)
     draw_answer(cable, figure, solution)
     return figure
+
+
+@draw_into.register(Cable)
+def _draw_shape_into(cable: Cable, axes: Axes, solution: Answered, wanted: Wanted) -> None:
+    draw_shape(axes, cable, solution, row=0, noun="cable")
+    axes.set_xlabel("x")
 
 
 @draw_answer.register(Cable)

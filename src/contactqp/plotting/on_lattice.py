@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..foundation.checks import Mask, Vector
+from ..foundation.checks import Mask, Vector, finite_number
+from ..foundation.loading import load_modules
+from ..foundation.pictures import PLAIN, Wanted
 from ..models.on_lattice import LatticeModel
 from .section import draw_section, section_axes
 from .states import colours_by_number, draw_legend_of_states
@@ -24,12 +26,14 @@ if TYPE_CHECKING:
 
 
 @answer_figure.register(LatticeModel)
-def _map_and_section(model: LatticeModel, solution: Answered) -> Figure:
+def _map_and_section(model: LatticeModel, solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     figure = new_figure(12.5, map_height(model.extent) + 1.0)
     left, right = two_halves(figure)
     draw_answer(model, left, solution)
-    row, axes = _middle_row(model.lattice.mask), section_axes(right)
+    row, axes = section_row(model, wanted.section), section_axes(right)
     draw_section(axes, model, solution, row, noun="membrane")
+    if wanted.section is not None:
+        left.axes[0].axhline(model.lattice.y[row], color=INK, lw=0.8, ls="--")
     axes[0].set_title(f"Section at y = {model.lattice.y[row]:g}")
     return figure
 
@@ -58,6 +62,7 @@ def _draw_values(model: LatticeModel, axes: Axes, values: Vector, norm: Normaliz
 
 @settling_figure.register(LatticeModel)
 def _settling_figure(model: LatticeModel, touchdown: Settling) -> Figure:
+    load_modules("matplotlib.colors", "matplotlib.patches")
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
@@ -91,6 +96,7 @@ def _settling_figure(model: LatticeModel, touchdown: Settling) -> Figure:
 
 def _draw_free_boundary(axes: Axes, x: NDArray[Any], y: NDArray[Any], contact: NDArray[Any]) -> None:
     """Draw the edges between nodes in contact and nodes that are not."""
+    load_modules("matplotlib.collections")
     from matplotlib.collections import LineCollection
 
     half_x = (x[1] - x[0]) / 2 if x.size > 1 else 0.5
@@ -117,6 +123,18 @@ def draw_frame_outline(axes: Axes, model: LatticeModel) -> None:
     x, y = lattice.ring_coordinates(row, column)
     size = float(np.clip(4000 / max(lattice.shape) ** 1.5, 0.2, 14))
     axes.scatter(x, y, s=size, marker="s", color=INK, linewidths=0)
+
+
+def section_row(model: LatticeModel, place: float | None) -> int:
+    """Return the row of a section: the one with nodes that is nearest to a place y (length), by default the middle."""
+    if place is None:
+        return _middle_row(model.lattice.mask)
+    place = finite_number(place, "section")
+    y, half = model.lattice.y, model.lattice.spacing / 2
+    if not y[0] - half <= place <= y[-1] + half:
+        raise ValueError(f"section must lie between y = {y[0]:g} and {y[-1]:g}, got {place:g}")
+    rows = np.flatnonzero(model.lattice.mask.any(axis=1))
+    return int(rows[np.argmin(np.abs(y[rows] - place))])
 
 
 def _middle_row(mask: Mask) -> int:

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
+from ..foundation.pictures import PLAIN, Wanted
 from ..models.cable_net import CableNet
 from ..models.records import NodeState
 from .states import STATE_COLOURS, draw_legend_of_states, seen
@@ -27,7 +29,7 @@ _SEGMENT_COLOURS = STATE_COLOURS | {NodeState.CLEAR: BLUE}
 
 
 @answer_figure.register(CableNet)
-def _plan_and_space(net: CableNet, solution: Answered) -> Figure:
+def _plan_and_space(net: CableNet, solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     figure = new_figure(12.5, map_height(net.extent) + 1.0)
     left, right = two_halves(figure)
     draw_answer(net, left, solution)
@@ -53,6 +55,7 @@ def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
 
     A support that lies deeper below the net than the net is high is left out.
     """
+    load_modules("mpl_toolkits.mplot3d.art3d")
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
     axes: Any = part.add_subplot(projection="3d")
@@ -92,12 +95,16 @@ def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
         axes.legend(loc="upper left", frameon=False, fontsize="small")
 
 
+def draw_net(axes: Axes, net: CableNet) -> None:
+    """Draw segments and fixed points in plan."""
+    _draw_lines(axes, net.positions[net.segments], GROUND, 0.8)
+    _draw_fixed(axes, net)
+
+
 @draw_values.register(CableNet)
 def _draw_values(net: CableNet, axes: Axes, values: Vector, norm: Normalize) -> ScalarMappable:
-    _draw_lines(axes, net.positions[net.segments], GROUND, 0.8)
-    picture = scatter_values(axes, net, values, norm)
-    _draw_fixed(axes, net)
-    return picture
+    draw_net(axes, net)
+    return scatter_values(axes, net, values, norm)
 
 
 def _draw_fixed(axes: Axes, net: CableNet) -> Any:
@@ -127,6 +134,7 @@ def _width(kind: int) -> float:
 
 
 def _draw_lines(axes: Axes, lines: NDArray[np.float64], colour: str, width: float) -> None:
+    load_modules("matplotlib.collections")
     from matplotlib.collections import LineCollection
 
     axes.add_collection(LineCollection(list(lines), colors=colour, linewidths=width, capstyle="round", zorder=1.5))

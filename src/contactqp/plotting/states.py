@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..foundation.loading import load_modules
 from ..models.records import NodeState, states_of
 from .style import CLEAR, CONTACT, CONTACT_UPPER, UNDECIDED
 
@@ -28,6 +29,7 @@ STATE_COLOURS: dict[int, str] = {
 
 def colours_by_number() -> tuple[ListedColormap, float, float]:
     """Return a colour map of states' numbers, and the lowest and highest number that it is stretched over."""
+    load_modules("matplotlib.colors")
     from matplotlib.colors import ListedColormap
 
     numbers = sorted(STATE_COLOURS)
@@ -65,6 +67,7 @@ def labels_of_states(state: NDArray[np.int64], proven: str) -> dict[int, str]:
 
 def draw_legend_of_states(axes: Axes, state: NDArray[np.int64], proven: str, more: Sequence[Any] = ()) -> None:
     """Write below the axes what the colours of the states mean and how many nodes there are of each."""
+    load_modules("matplotlib.patches")
     from matplotlib.patches import Patch
 
     labels = labels_of_states(state, proven)

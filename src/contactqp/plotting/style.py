@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..foundation.loading import load_modules
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
@@ -23,6 +25,7 @@ def new_figure(width: float, height: float) -> Figure:
     """Return a figure that belongs to no window and shows itself in a notebook."""
     from io import BytesIO
 
+    load_modules("matplotlib.figure")
     from matplotlib.figure import Figure
 
     class Picture(Figure):

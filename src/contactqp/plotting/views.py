@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..foundation.loading import load_modules
+from ..foundation.pictures import PLAIN, Wanted
 from ..models.base import ContactModel
 from ..models.records import states_of
 from .states import STATE_COLOURS, draw_legend_of_states, seen
@@ -51,7 +53,7 @@ class NodePlaces(NamedTuple):
 
 
 @singledispatch
-def answer_figure(subject: ContactModel | ContactQP, solution: Answered) -> Figure:
+def answer_figure(subject: ContactModel | ContactQP, solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     """Return a picture of a solution: of a bare problem its gap and reaction, sorted, of a model the map of states."""
     figure = new_figure(7, 4.4)
     draw_answer(subject, figure, solution)
@@ -59,10 +61,29 @@ def answer_figure(subject: ContactModel | ContactQP, solution: Answered) -> Figu
 
 
 @answer_figure.register(ContactModel)
-def _answer_figure_in_plan(model: ContactModel, solution: Answered) -> Figure:
+def _answer_figure_in_plan(model: ContactModel, solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     figure = new_figure(7, map_height(model.extent) + 1.2)
     draw_answer(model, figure, solution)
     return figure
+
+
+@singledispatch
+def draw_into(subject: ContactModel | ContactQP, axes: Axes, solution: Answered, wanted: Wanted) -> None:
+    """Draw what tells most of a solution in axes of the user's own: of a bare problem its gap and reaction, sorted."""
+    _draw_sorted(axes, solution)
+
+
+@draw_into.register(ContactModel)
+def _draw_map_into(model: ContactModel, axes: Axes, solution: Answered, wanted: Wanted) -> None:
+    state, proven = seen(solution)
+    draw_states(model, axes, state, solution.contact, proven)
+    # The legend belongs below these axes, not below a figure that may hold others.
+    figure: Any = axes.get_figure(root=False)
+    legend = figure.legends[-1]
+    legend.remove()
+    names = [text.get_text() for text in legend.get_texts()]
+    place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "frameon": False, "fontsize": "small"}
+    axes.legend(legend.legend_handles, names, ncols=2, **place)
 
 
 @singledispatch
@@ -74,7 +95,11 @@ def draw_answer(subject: ContactModel | ContactQP, part: Figure | SubFigure, sol
     NodePlaces or None
         Where the nodes stand; None unless the picture is a map.
     """
-    axes = part.subplots()
+    _draw_sorted(part.subplots(), solution)
+    return None
+
+
+def _draw_sorted(axes: Axes, solution: Answered) -> None:
     order = np.argsort(solution.gap - solution.reaction / solution.problem.stiffness.diagonal())
     axes.plot(solution.gap[order], color=BLUE, label="gap ω")
     axes.plot(
@@ -83,7 +108,6 @@ def draw_answer(subject: ContactModel | ContactQP, part: Figure | SubFigure, sol
     axes.set(xlabel="unknowns, sorted", ylabel="length", title="Gap and reaction")
     axes.legend(frameon=False)
     tidy(axes)
-    return None
 
 
 @draw_answer.register(ContactModel)
@@ -176,6 +200,7 @@ def values_figure(
 def _values_figure_in_plan(
     model: ContactModel, values: Vector, floor: float, label: str
 ) -> tuple[Figure, NodePlaces | None]:
+    load_modules("matplotlib.colors")
     from matplotlib.colors import LogNorm
 
     figure = new_figure(8.5, map_height(model.extent, 6.8, least=2.2, most=7.5) + 1.0)

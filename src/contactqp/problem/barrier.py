@@ -16,6 +16,7 @@ import numpy as np
 from ..algebra.band import Band
 from ..algebra.stiffness import LatticeStiffness, growth_bound
 from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..geometry.numbering import Layout
 from ..methods.factors import DIRECT_SIZE, factorised
@@ -223,6 +224,7 @@ def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
 
 def _solved(stiffness: Stiffness) -> Barrier | None:
     """Return a barrier from a linear solve, and None where the matrix turns out not to be positive definite."""
+    load_modules("scipy.sparse")
     from scipy import sparse
 
     ones = np.ones(stiffness.size)

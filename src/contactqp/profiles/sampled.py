@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Vector, one_of, read_only, real_array, refuse_non_finite, vector
+from ..foundation.loading import load_modules
 from .analytic import Profile
 from .sample_files import read_samples
 
@@ -174,6 +175,7 @@ class Sampled(Profile):
         if self.interpolation == "linear":
             depth = np.interp(held, self.x, self.depth)
         else:
+            load_modules("scipy.interpolate")
             from scipy.interpolate import PchipInterpolator
 
             depth = PchipInterpolator(self.x, self.depth)(held)

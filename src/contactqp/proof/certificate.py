@@ -165,6 +165,11 @@ class Certificate:
         """Whether one and the same solution can satisfy both enclosures, so that two answers are compatible."""
         return bool((np.maximum(self.lower, other.lower) <= np.minimum(self.upper, other.upper)).all())
 
+    def _repr_html_(self) -> str:
+        from ..plotting.cards import certificate_card
+
+        return certificate_card(self, self.model)
+
     def plot(self) -> Figure:
         """Draw the contact map of what is certain: nodes in contact, clear and undecided, each in their own colour.
 

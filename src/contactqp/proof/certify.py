@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import UnsuitableProblemError
-from ..foundation.checks import Vector, one_of, vector
-from ..models.base import ContactModel, split
+from ..foundation.checks import Vector, one_of
+from ..models.base import ContactModel, at_unknowns, split
+from ..models.records import Answered
 from ..problem.contact_qp import ContactQP
 from .beyond_m_matrices import repaired
 from .certificate import Certificate
@@ -25,7 +26,9 @@ SHARP_SIZE = 5_000_000
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def certify(problem: ContactQP | ContactModel, gap: ArrayLike, *, effort: Effort | None = None) -> Certificate:
+def certify(
+    problem: ContactQP | ContactModel, gap: ArrayLike | Answered, *, effort: Effort | None = None
+) -> Certificate:
     r"""Enclose the exact solution of ``problem``, given any approximate ``gap`` from any program.
 
     With a barrier v > 0, s ≤ Gv, s > 0, and R = Gω + q let (for the lower bound 0 alone)
@@ -47,8 +50,9 @@ def certify(problem: ContactQP | ContactModel, gap: ArrayLike, *, effort: Effort
     ----------
     problem : Membrane, Cable, CableNet or ContactQP
         Any; what is known of its matrix decides on the kind of bound.
-    gap : array, shape (n,)
-        The approximate solution ω (length); it need not be feasible.
+    gap : array, shape (n,), or xarray.DataArray, or Solution
+        The approximate solution ω (length); it need not be feasible. On a lattice also an array of its shape, of which
+        only the entries of nodes count, so that the others may be masked. Of a solution its gap is taken.
     effort : {"sharp", "fast"}, optional
         ``"fast"`` evaluates the formulas above, on a lattice in a pass or two over it. ``"sharp"`` takes some
         linear solves on the nodes that are not in contact, and bounds the error to within a per cent as a rule; it
@@ -82,7 +86,7 @@ def certify(problem: ContactQP | ContactModel, gap: ArrayLike, *, effort: Effort
     if effort is None:
         effort = "sharp" if algebra.size <= SHARP_SIZE else "fast"
     one_of(effort, ("fast", "sharp"), "effort")
-    omega = vector(gap, algebra.size, "gap", copied=False)
+    omega = at_unknowns(problem, gap, "gap", copied=False)
     found = measure(algebra, omega).certificate()
     if found is None:
         raise UnsuitableProblemError(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..foundation.checks import Vector, repeated
-from ..foundation.progress import compiling
+from ..foundation.loading import load_modules
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..foundation.threads import Team
 from ..geometry.numbering import Grid
@@ -35,8 +35,9 @@ def parabola_of(problem: ContactQP) -> Parabola | None:
 
 @cache
 def _kernels() -> tuple[Any, Any]:
-    with compiling("the judge"):
-        from .lattice_measure_kernels import enclose, measure
+    load_modules("contactqp.proof.lattice_measure_kernels", kernels="the judge")
+    from .lattice_measure_kernels import enclose, measure
+
     return measure, enclose
 
 

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from ..backends.base import Answer, Backend, State, Stop
 from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
-from ..foundation.checks import Mask, Vector, read_only
+from ..foundation.checks import Mask, Vector, one_of, read_only
 from ..foundation.deadline import Deadline
-from ..foundation.progress import OutOfTime, Progress
+from ..foundation.interrupts import OutOfTime
+from ..foundation.loading import loading_seconds, working_seconds
+from ..foundation.pictures import UnitNames, Wanted
+from ..foundation.progress import Progress
 from ..foundation.text import at_most
 from ..methods.factors import DIRECT_SIZE
 from ..models.base import ContactModel, ForceBalance, split
@@ -42,6 +45,9 @@ _SHARP_ON_LATTICES = 100_000
 
 SLOPE_LIMIT = 0.2
 """Above this slope the hypothesis of small deformations, (c) of the paper, is worth a remark."""
+
+_WORTH_TELLING = 0.05
+"""Seconds of loading and compiling that a solution tells of."""
 
 _LIMITS = {
     Stop.DONE: None,
@@ -76,7 +82,9 @@ class Run:
     iterations : int
         In the backend's ``iteration_unit``.
     setup_seconds, solve_seconds, seconds : float
-        Time for set-up, for iterating, and in all with scaling and judging.
+        Time for set-up, for iterating, and in all with scaling and judging, once all is loaded.
+    loading_seconds : float
+        Time for loading libraries and compiling kernels, which is part of none of the others: it passes once.
     history : mapping of str to array
     note : str
         Why ``"auto"`` chose the backend, and what the backend has to tell.
@@ -95,6 +103,7 @@ class Run:
     setup_seconds: float
     solve_seconds: float
     seconds: float
+    loading_seconds: float = 0.0
     history: Mapping[str, Vector] = field(default_factory=dict)
     note: str = ""
     claimed_solved: bool = False
@@ -259,6 +268,7 @@ class Solution:
             The time limit, if its clock has started before.
         """
         model, problem = split(subject)
+        loaded, started = loading_seconds(), working_seconds()
         deadline = Deadline(request.time_limit) if deadline is None else deadline
         answer, gap, measures = _asked(
             backend, problem, request, deadline, warm_start, state, resumes=resumes, predicted=predicted
@@ -275,7 +285,8 @@ class Solution:
             iteration_unit=backend.iteration_unit,
             setup_seconds=answer.setup_seconds,
             solve_seconds=answer.solve_seconds,
-            seconds=time.perf_counter() - deadline.started,
+            seconds=working_seconds() - started,
+            loading_seconds=loading_seconds() - loaded,
             history=answer.history,
             note="; ".join(part for part in (note, answer.note) if part),
             claimed_solved=answer.claimed,
@@ -373,8 +384,13 @@ class Solution:
 
     @property
     def seconds(self) -> float:
-        """Time in all, with scaling and judging."""
+        """Time in all, with scaling and judging, but without `loading_seconds`."""
         return self.run.seconds
+
+    @property
+    def loading_seconds(self) -> float:
+        """Time for loading libraries and compiling kernels, which passes once in a process."""
+        return self.run.loading_seconds
 
     @property
     def history(self) -> Mapping[str, Vector]:
@@ -552,41 +568,105 @@ class Solution:
 
         return solution_dataset(self, self._physical("to_dataset"))
 
-    def plot(self) -> Figure:
+    def plot(
+        self,
+        ax: Any = None,
+        *,
+        kind: Literal["map", "surface"] = "map",
+        section: float | None = None,
+        title: str | None = None,
+        units: UnitNames = "",
+    ) -> Figure:
         """Draw the contact map and the middle section with support, deflection and reaction.
 
         The certain states have their own colours: in contact, clear, undecided; a line marks the free boundary.
         A cable has a section only, a cable net its plan and a view in space, and a bare `ContactQP` its gaps and
-        reactions, sorted. The figure shows itself in a
-        notebook; elsewhere use ``figure.savefig``.
+        reactions, sorted. The figure shows itself in a notebook; elsewhere use ``figure.savefig``.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own to draw into: the map, or a cable's shape, alone. By default there is a new figure.
+        kind : {"map", "surface"}
+            ``"surface"`` is a view of a membrane in space, see `plot3d`.
+        section : float, optional
+            Ordinate y of the section (length); the nearest row is drawn. By default the middle one.
+        title : str, optional
+            Headline in place of the picture's own.
+        units : str or mapping, optional
+            Unit of length for labels, as ``"m"``, or ``{"length": "m", "force": "kN"}``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
         """
         from ..plotting.answers import plot_solution
 
-        return plot_solution(self)
+        one_of(kind, ("map", "surface"), "kind")
+        if kind == "surface":
+            return self.plot3d(ax, title=title, units=units)
+        return plot_solution(self, Wanted(ax, section, title, units))
+
+    def plot3d(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw a membrane's deflection over its support in space, with what is in contact in its own colour.
+
+        Parameters
+        ----------
+        ax : matplotlib axes in space, optional
+            By default there is a new figure.
+        title, units
+            See `plot`.
+
+        Raises
+        ------
+        TypeError
+            If it is no membrane's solution, or ``ax`` is not in space.
+        """
+        from ..plotting.answers import plot_in_space
+
+        return plot_in_space(self, Wanted(ax, None, title, units))
+
+    def _repr_html_(self) -> str:
+        from ..plotting.cards import solution_card
+
+        facts = dict[str, str]()
+        for name, fact in self._facts():
+            facts[name] = f"{facts[name]}; {fact}" if name in facts else fact
+        return solution_card(self, facts | {"time": self._time, "iterations": self._count_of_iterations})
+
+    @property
+    def _count_of_iterations(self) -> str:
+        return f"{self.iterations} {self.iteration_unit}{'' if self.iterations == 1 else 's'}"
+
+    @property
+    def _time(self) -> str:
+        loading = self.loading_seconds
+        return f"{self.seconds:.3g} s" + (f" and {loading:.2g} s of loading" if loading > _WORTH_TELLING else "")
 
     def __repr__(self) -> str:
-        subject = repr(self.problem if self.model is None else self.model)
-        lines = [
-            f"Solution by {self.backend}: {self.status.value}, "
-            f"{self.iterations} {self.iteration_unit}{'' if self.iterations == 1 else 's'}, {self.seconds:.3g} s",
-            f"  problem     {subject}",
-        ]
+        head = f"Solution by {self.backend}: {self.status.value}, {self._count_of_iterations}, {self._time}"
+        return "\n".join([head, *(f"  {name:<11} {fact}" for name, fact in self._facts())])
+
+    def _facts(self) -> Iterator[tuple[str, str]]:
+        """Yield what there is to tell, one line each, by its name."""
+        yield "problem", repr(self.problem if self.model is None else self.model)
         wanted = f"of the gap scale; tol {self.tol:g}"
         if self.certificate is not None:
             relative = f"{at_most(self.relative_bound, 1)} {wanted}"
             proof = "weaker bound, no M-matrix" if self.certificate.weaker else "certified"
-            lines.append(f"  gap error   <= {at_most(self.certificate.gap_bound)} ({proof}), {relative}")
+            yield "gap error", f"<= {at_most(self.certificate.gap_bound)} ({proof}), {relative}"
             certain, clear = (int(np.count_nonzero(m)) for m in (self.certificate.contact, self.certificate.clear))
             undecided = int(np.count_nonzero(self.certificate.undecided))
-            lines.append(f"  nodes       {certain} in contact, {clear} clear, {undecided} undecided")
+            yield "nodes", f"{certain} in contact, {clear} clear, {undecided} undecided"
         elif self.residuals is not None:
             residual = f"{self.residuals.natural_residual:.2g} (natural), {self.relative_residual:.1g} {wanted}"
-            lines.append(f"  residual    {residual}; no enclosure is known for this matrix")
-        lines += [f"  caution     {caution}" for caution in self.cautions]
-        lines += [f"  finding     {finding}" for finding in self.findings]
+            yield "residual", f"{residual}; no enclosure is known for this matrix"
+        for caution in self.cautions:
+            yield "caution", caution
+        for finding in self.findings:
+            yield "finding", finding
         if self.note:
-            lines.append(f"  note        {self.note}")
+            yield "note", self.note
         if not self.status.ok:
-            lines.append(f"  {self.backend} said   {self.termination}")
-            lines.append(f"  advice      {self.status.advice}")
-        return "\n".join(lines)
+            yield f"{self.backend} said", self.termination
+            yield "advice", self.status.advice

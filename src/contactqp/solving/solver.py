@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..backends.base import Backend, State
 from ..foundation.checks import Vector, one_of
@@ -14,11 +14,15 @@ from ..foundation.deadline import Deadline
 from ..models.base import ContactModel, split
 from ..models.varied import with_lift, with_load_of, with_support, with_tension
 from ..problem.contact_qp import ContactQP
+from ..problem.facts import MatrixFacts
 from .choice import chosen_backend
 from .prediction import Trail
 from .request import Request
 from .solution import OnFailure, Solution
 from .solve import started_from
+
+_Mark: TypeAlias = tuple[MatrixFacts, NDArray[np.uint8] | None]
+"""What a state is prepared for: the facts of a matrix, and the kinds of bounds."""
 
 
 class Solver:
@@ -74,7 +78,7 @@ class Solver:
         self._request = Request.of(tol, max_iter, time_limit, options)
         self.backend, self._note = chosen_backend(backend, problem, options)
         self._state: State | None = None
-        self._prepared_for: tuple[object, ...] = ()
+        self._prepared_for: _Mark | None = None
         self._last: Vector | None = None
         self._trail = Trail()
         self._reference: Vector | float = 0.0
@@ -147,7 +151,7 @@ class Solver:
         _, problem = split(subject)
         deadline = Deadline(self._request.time_limit)
         mark = problem.facts.scaled, problem.bounds.kinds
-        if not self._prepared_for or any(one is not other for one, other in zip(mark, self._prepared_for, strict=True)):
+        if not _same(mark, self._prepared_for):
             self._state, self._prepared_for = None, mark
             self._trail.clear()
         start, predicted = self._start(warm_start, problem)
@@ -165,7 +169,7 @@ class Solver:
         )
         if solution.run.abandoned:
             # What was left behind may still be at work in it.
-            self._state, self._prepared_for = None, ()
+            self._state, self._prepared_for = None, None
         self._last, self._reference = (solution.gap if solution.finite else None), problem.reference
         if self._last is None:
             self._trail.clear()
@@ -215,3 +219,10 @@ class Solver:
 
     def __repr__(self) -> str:
         return f"Solver({self.subject!r}, {self.backend.name}, tol {self._request.tolerance})"
+
+
+def _same(mark: _Mark, other: _Mark | None) -> bool:
+    if other is None or mark[0] is not other[0]:
+        return False
+    kinds, others = mark[1], other[1]
+    return kinds is others or (kinds is not None and others is not None and np.array_equal(kinds, others))

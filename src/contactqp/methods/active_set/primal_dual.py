@@ -20,6 +20,7 @@ import numpy as np
 
 from ...algebra.sparse import SparseStiffness
 from ...foundation.checks import Mask, Vector
+from ...foundation.loading import load_modules
 from ..amg.amg import Amg, rows_of
 from ..factors import DIRECT_SIZE
 from ..parts import parts_of
@@ -225,6 +226,7 @@ class ActiveSet:
                 correction = (self._parts.product(self.omega) + self.q) / self._diagonal
                 self.omega = self.projected(self.omega - _JACOBI_DAMPING * correction)
             return
+        load_modules("contactqp.methods.amg.sparse_kernels", kernels="active-set")
         from ..amg import sparse_kernels
 
         self.omega = np.array(self.omega)

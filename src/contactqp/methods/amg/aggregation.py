@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...foundation.loading import once
+
 Indices = NDArray[np.int32]
 
 _WORTH_COMPILING = 20_000
@@ -27,7 +29,10 @@ def aggregate(indptr: Indices, indices: Indices) -> tuple[NDArray[np.int32], int
         The strong couplings, a symmetric graph in compressed rows, without the diagonal.
     """
     group = np.full(indptr.size - 1, -1, dtype=np.int32)
-    work = _compiled() if group.size >= _WORTH_COMPILING else _aggregate
+    work: Any = _aggregate
+    if group.size >= _WORTH_COMPILING:
+        once("aggregation", _compiled, "active-set")
+        work = _compiled()
     return group, int(work(indptr, indices, group))
 
 

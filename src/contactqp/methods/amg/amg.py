@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...foundation.checks import Mask, Vector
+from ...foundation.loading import load_modules
 from ..factors import DIRECT_SIZE, Solve, factorised
 from .aggregation import aggregate
 
@@ -46,6 +47,7 @@ def conjugate_gradients(matrix: csr_array, candidate: Vector | None = None) -> C
         Of a right-hand side and a tolerance of the residual relative to it, in the Euclidean norm; None if the matrix
         turns out not to be positive definite.
     """
+    load_modules("scipy.linalg", "scipy.sparse.linalg")
     from scipy.linalg import LinAlgError
     from scipy.sparse import linalg
 
@@ -123,6 +125,7 @@ class Amg:
 
     def cycle(self, right: Vector, depth: int = 0) -> Vector:
         """Return the result of a V-cycle from zero."""
+        load_modules("contactqp.methods.amg.sparse_kernels", kernels="active-set")
         from ..amg import sparse_kernels
 
         level = self.levels[depth]
@@ -146,6 +149,7 @@ class Amg:
 
 def _part(matrix: csr_array, free: Mask) -> csr_array:
     """Return the matrix without the couplings to nodes that are not free."""
+    load_modules("scipy.sparse")
     from scipy import sparse
 
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
@@ -155,6 +159,7 @@ def _part(matrix: csr_array, free: Mask) -> csr_array:
 
 def _prolongation(level: Level, candidate: Vector) -> tuple[csr_array, Vector] | None:
     """Return the smoothed prolongation and the coarse candidate; None if grouping does not make it smaller."""
+    load_modules("scipy.sparse")
     from scipy import sparse
 
     indptr, indices, data = level.rows
@@ -208,6 +213,7 @@ def _coarsest(level: Level) -> Solve:
     Dense factors are no faster at this size, and the threads of a LAPACK stall on a busy machine. Where unknowns do not
     group, so that the coarsest matrix is a large one, it is divided by the diagonal: its factors may fill.
     """
+    load_modules("scipy.linalg")
     from scipy.linalg import LinAlgError
 
     matrix = level.matrix

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ...foundation.loading import once
 from ...foundation.threads import Team
 from ..multigrid import galerkin_kernels
 from .arms import Arms, coarsening
@@ -188,11 +189,15 @@ def plans(lattice: Arms) -> list[Plan]:
 
 def load_kernels(lattice: Arms) -> None:
     """Compile or load whatever a solution on ``lattice`` and its coarser ones calls."""
-    precisions = [plan.precision for plan in plans(lattice)]
-    galerkin_kernels.coarsen_lattice(lattice.varying)
-    lattice_kernels(lattice.varying)
+    varying, precisions = lattice.varying, tuple(plan.precision for plan in plans(lattice))
+    once(("multigrid", varying, precisions), lambda: _load_kernels(varying, precisions), "multigrid")
+
+
+def _load_kernels(varying: bool, precisions: tuple[str, ...]) -> None:
+    galerkin_kernels.coarsen_lattice(varying)
+    lattice_kernels(varying)
     for own in precisions:
-        exchange_kernels(lattice.varying, own)
+        exchange_kernels(varying, own)
         level_kernels(own)
     for own, coarser in pairwise(precisions):
         transfer_kernels(own, coarser)

@@ -1,0 +1,122 @@
+"""Loading of libraries and compiling of kernels: where Ctrl-C cannot hit it, and with its time kept apart.
+
+Both happen once in a process, and would otherwise count as time for whatever comes first.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import time
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from threading import Timer
+
+from .interrupts import run_interruptibly
+from .terminal import on_terminal
+
+_PATIENCE = 1.0
+"""Seconds of compiling before it is announced."""
+
+_done: set[Hashable] = set()
+
+
+class _Clock:
+    """Seconds that loading and compiling have taken so far, in one line of work and the threads that it waits for."""
+
+    seconds = 0.0
+    running = False
+
+
+_clock: ContextVar[_Clock] = ContextVar("loading")
+
+
+def loading_seconds() -> float:
+    """Return the seconds that this thread has spent on loading and compiling so far."""
+    return _own_clock().seconds
+
+
+def working_seconds() -> float:
+    """Return a clock's time (seconds) that stands still while libraries are loaded and kernels compiled."""
+    return time.perf_counter() - _own_clock().seconds
+
+
+def load_modules(*modules: str, kernels: str = "") -> None:
+    """Import modules whose loading takes long, before a statement that imports them is met.
+
+    Parameters
+    ----------
+    *modules : str
+        Full names.
+    kernels : str
+        Whose kernels the modules compile while they are loaded; on a terminal that is announced.
+
+    Examples
+    --------
+    >>> load_modules("scipy.sparse")
+    >>> from scipy import sparse
+    """
+    missing = [name for name in modules if not _loaded(name)]
+    if missing:
+        _apart(lambda: [importlib.import_module(name) for name in missing], kernels)
+
+
+def once(key: Hashable, work: Callable[[], object], kernels: str) -> None:
+    """Do work that compiles kernels, unless it was done before under the same key."""
+    if key not in _done:
+        _apart(work, kernels)
+        _done.add(key)
+
+
+def _loaded(name: str) -> bool:
+    module = sys.modules.get(name)
+    return module is not None and not getattr(getattr(module, "__spec__", None), "_initializing", False)
+
+
+def _apart(work: Callable[[], object], kernels: str) -> None:
+    clock = _own_clock()
+    if clock.running:
+        work()
+        return
+    started, clock.running = time.perf_counter(), True
+    try:
+        run_interruptibly(lambda: _announced(work, kernels))
+    finally:
+        clock.seconds += time.perf_counter() - started
+        clock.running = False
+
+
+def _announced(work: Callable[[], object], kernels: str) -> None:
+    if kernels:
+        import numba  # noqa: F401  (its own loading is not compiling)
+
+        with _announcing(kernels):
+            work()
+    else:
+        work()
+
+
+@contextmanager
+def _announcing(kernels: str) -> Iterator[None]:
+    """Say on a terminal that kernels are being compiled, if what is done inside takes over a second."""
+
+    def announce() -> None:
+        sys.stderr.write(f"contactqp: compiling the kernels of {kernels}, once on this machine\n")
+
+    timer = Timer(_PATIENCE, announce)
+    timer.daemon = True
+    if on_terminal():
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def _own_clock() -> _Clock:
+    clock = _clock.get(None)
+    if clock is None:
+        clock = _Clock()
+        _clock.set(clock)
+    return clock

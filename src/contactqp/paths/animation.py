@@ -1,0 +1,132 @@
+"""Films of load paths, by matplotlib's own writers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import singledispatch
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..foundation.files import replaced_as_a_whole, require_folder
+from ..foundation.loading import load_modules
+from ..foundation.pictures import Wanted
+from ..models.base import ContactModel
+from ..models.cable import Cable
+from ..models.on_lattice import LatticeModel
+from ..plotting.answers import with_units
+from ..plotting.on_lattice import section_row
+from ..plotting.section import draw_shape
+from ..plotting.style import map_height, new_figure
+from ..plotting.views import draw_into
+
+if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.figure import Figure
+
+    from ..solving.solution import Solution
+
+_SHARPNESS = 110
+"""Pixels an inch."""
+
+
+def animated(
+    model: ContactModel,
+    answers: Sequence[tuple[str, Solution]],
+    wanted: Wanted,
+    seconds: float,
+    file: str | Path | None,
+    writer: Any,
+) -> FuncAnimation:
+    """Return a film of answers, and write it to a file if there is one; see `LoadPath.animate`.
+
+    Parameters
+    ----------
+    model : ContactModel
+    answers : sequence of (str, Solution)
+        What stands behind the title, and what is drawn.
+    wanted : Wanted
+    seconds : float
+        For each picture.
+    file, writer
+        See `LoadPath.animate`.
+    """
+    load_modules("matplotlib.animation")
+    from matplotlib.animation import FuncAnimation
+
+    if file is not None:
+        require_folder(Path(file), "film")
+    depths = [solution.deflection for _, solution in answers]
+    known = model.support[model.supported]
+    everything = np.concatenate([*depths, known[known <= max(depth.max() for depth in depths) * 1.5], [0.0]])
+    low, high = float(everything.min()), float(everything.max())
+    margin = 0.12 * (high - low or 1.0)
+    figure = _figure(model)
+
+    def draw(k: int) -> list[Any]:
+        name, solution = answers[k]
+        for axes in figure.axes:
+            axes.clear()
+        _draw(model, figure, solution, wanted)
+        figure.axes[-1].set_ylim(high + margin, low - margin)
+        with_units(figure.axes, wanted)
+        title = repr(model) if wanted.title is None else wanted.title
+        figure.suptitle(f"{title}: {name}" if title else name, x=0.01, ha="left", fontsize="medium")
+        return list(figure.axes)
+
+    film = FuncAnimation(figure, draw, frames=len(answers), interval=1000 * seconds, blit=False, init_func=list)
+    if file is not None:
+        _write(film, Path(file), writer, seconds)
+    return film
+
+
+def _write(film: FuncAnimation, file: Path, writer: Any, seconds: float) -> None:
+    rate: Any = 1 / seconds
+    by_suffix = {".gif": "pillow", ".html": "html"}
+    chosen = by_suffix.get(file.suffix.lower(), "ffmpeg") if writer is None else writer
+    if chosen == "html":
+        with replaced_as_a_whole(file) as part:
+            part.write_text(film.to_jshtml(fps=rate), encoding="utf-8")
+    else:
+        film.save(file, writer=chosen, fps=rate, dpi=_SHARPNESS)
+
+
+@singledispatch
+def _figure(model: ContactModel) -> Figure:
+    figure = new_figure(7, map_height(model.extent) + 1.4)
+    figure.subplots()
+    return figure
+
+
+@_figure.register(LatticeModel)
+def _two_panels(model: LatticeModel) -> Figure:
+    figure = new_figure(12, map_height(model.extent, 5.0) + 1.4)
+    figure.subplots(1, 2, width_ratios=[1.1, 1])
+    return figure
+
+
+@_figure.register(Cable)
+def _one_panel(cable: Cable) -> Figure:
+    figure = new_figure(9, 4)
+    figure.subplots()
+    return figure
+
+
+@singledispatch
+def _draw(model: ContactModel, figure: Figure, solution: Solution, wanted: Wanted) -> None:
+    draw_into(model, figure.axes[0], solution, wanted)
+
+
+@_draw.register(LatticeModel)
+def _draw_map_and_shape(model: LatticeModel, figure: Figure, solution: Solution, wanted: Wanted) -> None:
+    draw_into(model, figure.axes[0], solution, replace(wanted, ax=figure.axes[0]))
+    row = section_row(model, wanted.section)
+    draw_shape(figure.axes[1], model, solution, row, noun="membrane")
+    figure.axes[1].set(xlabel="x", title=f"Section at y = {model.lattice.y[row]:g}")
+
+
+@_draw.register(Cable)
+def _draw_cable(cable: Cable, figure: Figure, solution: Solution, wanted: Wanted) -> None:
+    draw_into(cable, figure.axes[0], solution, wanted)

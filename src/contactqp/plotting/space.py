@@ -1,0 +1,122 @@
+"""Views in space of membranes: the deflected surface over its support, or the support alone before solving."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..foundation.loading import load_modules
+from ..foundation.pictures import Wanted, drawn_in_space
+from ..models.membrane import Membrane
+from .states import seen
+from .style import BLUE, CONTACT, GROUND, INK, head, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..models.records import Answered
+
+_FINEST = 90
+"""Facets along a side of a surface."""
+
+
+@drawn_in_space.register(Membrane)
+def _support_in_space(membrane: Membrane, wanted: Wanted) -> Figure:
+    axes = _axes(wanted)
+    _draw_surface(axes, membrane, _laid(membrane, membrane.support), GROUND, 0.85)
+    _draw_frame(axes, membrane)
+    _finish(axes, wanted)
+    title = f"{type(membrane).__name__}, {membrane.size} nodes: frame and support"
+    return _titled(axes, wanted, title)
+
+
+def membrane_in_space(membrane: Membrane, solution: Answered, wanted: Wanted) -> Figure:
+    """Draw the deflected membrane over its support, facets in contact in their own colour."""
+    axes = _axes(wanted)
+    heights = membrane.padded_deflection(solution.gap)
+    joined = membrane.stencil.padded_mask() | membrane.stencil.frame_points()
+    surface = np.where(joined, heights, np.nan)
+    state, _ = seen(solution)
+    contact = np.pad(membrane.lattice.scatter((state > 0).astype(float), fill=0.0), 1) > 0
+    _draw_surface(axes, membrane, surface, BLUE, 1.0, contact)
+    below = _laid(membrane, membrane.support)
+    known = surface[np.isfinite(surface)]
+    reach = float(np.ptp(known)) or 1.0
+    below[below > known.max() + reach] = np.nan  # a support that lies deep would flatten the membrane
+    _draw_surface(axes, membrane, below, GROUND, 0.25)
+    _draw_frame(axes, membrane)
+    _finish(axes, wanted)
+    return _titled(axes, wanted, f"{solution.backend}: deflection over the support, ordinates not to scale")
+
+
+def _laid(membrane: Membrane, values: NDArray[Any]) -> NDArray[Any]:
+    grid = membrane.lattice.scatter(np.where(np.isfinite(values), values, np.nan))
+    return np.pad(grid, 1, constant_values=np.nan)
+
+
+def _axes(wanted: Wanted) -> Any:
+    load_modules("mpl_toolkits.mplot3d.axes3d")
+    if wanted.ax is None:
+        return new_figure(7.5, 5).add_subplot(projection="3d")
+    if getattr(wanted.ax, "name", "") != "3d":
+        raise TypeError('ax must be axes in space; make them by figure.add_subplot(projection="3d")')
+    return wanted.ax
+
+
+def _draw_surface(
+    axes: Any, membrane: Membrane, heights: NDArray[Any], colour: str, alpha: float, contact: Any = None
+) -> None:
+    if not np.isfinite(heights).any():
+        return
+    load_modules("matplotlib.colors")
+    from matplotlib.colors import to_rgba
+
+    lattice = membrane.lattice
+    step = -(-max(heights.shape) // _FINEST)
+    rows, columns = (np.unique([*range(0, size, step), size - 1]) for size in heights.shape)
+    x = lattice.origin[0] + lattice.spacing * (columns - 1.0)
+    y = lattice.origin[1] + lattice.spacing * (rows - 1.0)
+    colours = np.broadcast_to(to_rgba(colour, alpha), (rows.size, columns.size, 4)).copy()
+    if contact is not None:
+        colours[contact[np.ix_(rows, columns)]] = to_rgba(CONTACT, alpha)
+    grid_x, grid_y = np.meshgrid(x, y)
+    axes.plot_surface(
+        *(grid_x, grid_y, heights[np.ix_(rows, columns)]),
+        facecolors=colours,
+        rstride=1,
+        cstride=1,
+        linewidth=0.15,
+        edgecolor=(1, 1, 1, 0.25),
+        shade=True,
+    )
+
+
+def _draw_frame(axes: Any, membrane: Membrane) -> None:
+    row, column = np.nonzero(membrane.stencil.frame_points())
+    x, y = membrane.lattice.ring_coordinates(row, column)
+    heights = membrane.padded_deflection(membrane.reference)[row, column]
+    axes.scatter(x, y, heights, s=3, color=INK, depthshade=False)
+
+
+def _finish(axes: Any, wanted: Wanted) -> None:
+    axes.invert_zaxis()
+    axes.set(xlabel=wanted.label("x"), ylabel=wanted.label("y"), zlabel=wanted.label("ordinate, downwards"))
+    axes.set_box_aspect((1, 1, 0.5), zoom=1.1)
+    axes.view_init(elev=32, azim=-60)
+    axes.tick_params(labelsize="small")
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.pane.set_visible(False)
+        axis.line.set_color(INK)
+    axes.grid(visible=False)
+
+
+def _titled(axes: Any, wanted: Wanted, title: str) -> Figure:
+    figure: Figure = axes.get_figure(root=True)
+    text = title if wanted.title is None else wanted.title
+    if wanted.ax is None:
+        head(figure, text)
+    else:
+        axes.set_title(text, fontsize="medium")
+    return figure

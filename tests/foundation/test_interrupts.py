@@ -1,0 +1,199 @@
+"""Ctrl-C is answered at once, at whatever moment, and what was interrupted can be done again."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from contactqp.foundation import interrupts, loading
+from contactqp.foundation.interrupts import INTERRUPTED, ended_by_interrupts, run_interruptibly
+
+ROOT = Path(__file__).parents[2]
+PROGRAM = ROOT / "tests" / "interrupted.py"
+WORKS = (
+    *("osqp", "clarabel", "mangasarian", "psor", "multigrid", "active-set"),
+    *("matrix", "compare", "trace", "events", "certify"),
+)
+COMMANDS = {
+    "compare": ["compare", "examples/hexagon.toml", "--plot", "{0}/a.png", "--report", "{0}/a.html"],
+    "solve": ["solve", "examples/dome.toml", "--backend", "clarabel", "--out", "{0}/a.nc", "--plot", "{0}/a.png"],
+    "paper": ["paper", "--out", "{0}/paper"],
+}
+STARTED = "from contactqp.cli.commands import main; print('ready', flush=True); main()"
+posix = pytest.mark.skipif(os.name != "posix", reason="sends a signal of POSIX")
+
+
+@pytest.fixture
+def nothing_left(monkeypatch):
+    monkeypatch.setattr(interrupts, "_left_behind", [])
+
+
+def interrupted_soon():
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+
+@posix
+def test_an_interrupt_leaves_the_work_behind_and_asks_it_to_stop(nothing_left):
+    asked, ended = threading.Event(), threading.Event()
+
+    def work():
+        asked.wait(10)
+        ended.set()
+
+    interrupted_soon()
+    with pytest.raises(KeyboardInterrupt):
+        run_interruptibly(work, abandon=asked.set)
+    assert ended.wait(5)
+
+
+def test_what_the_work_returns_and_raises_is_passed_on():
+    assert run_interruptibly(lambda: 7) == 7
+    with pytest.raises(ZeroDivisionError):
+        run_interruptibly(lambda: 1 / 0)
+    with pytest.raises(TimeoutError, match="of the work"):
+        run_interruptibly(lambda: (_ for _ in ()).throw(TimeoutError("of the work")))
+
+
+def test_a_thread_that_no_signal_reaches_does_the_work_itself():
+    found = []
+    thread = threading.Thread(target=lambda: found.append(run_interruptibly(threading.current_thread)))
+    thread.start()
+    thread.join()
+    assert found == [thread]
+
+
+@posix
+@pytest.mark.parametrize("reaction", ["pass", "raise", "time.sleep(10)", "raise RuntimeError"])
+def test_a_command_ends_with_the_code_of_an_interrupt(reaction):
+    program = f"""
+import os, signal, time
+from contactqp.foundation.interrupts import ended_by_interrupts
+with ended_by_interrupts():
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(10)
+    except KeyboardInterrupt:
+        {reaction}
+"""
+    started = time.monotonic()
+    command = [sys.executable, "-c", program]
+    result = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=60, check=False)
+    assert (result.returncode, result.stderr) == (INTERRUPTED, "")
+    assert time.monotonic() - started < 9
+
+
+def test_a_command_that_nothing_interrupts_ends_as_it_would():
+    with pytest.raises(SystemExit) as error, ended_by_interrupts():
+        raise SystemExit(2)
+    assert error.value.code == 2
+
+
+def test_loading_is_no_work():
+    started, loaded = loading.working_seconds(), loading.loading_seconds()
+    loading.once(object(), lambda: time.sleep(0.2), "a test")
+    assert loading.loading_seconds() - loaded >= 0.2
+    assert loading.working_seconds() - started < 0.1
+
+
+def test_what_is_done_once_is_not_done_again_but_after_an_error():
+    key, calls = object(), []
+
+    def work():
+        calls.append(1)
+        if len(calls) == 1:
+            raise ValueError
+
+    with pytest.raises(ValueError):  # noqa: PT011
+        loading.once(key, work, "a test")
+    loading.once(key, work, "a test")
+    loading.once(key, work, "a test")
+    assert len(calls) == 2
+
+
+def environment(cache=None):
+    found = dict(os.environ, PYTHONPATH=str(ROOT / "src"))
+    return found if cache is None else found | {"NUMBA_CACHE_DIR": str(cache)}
+
+
+def run(what, moment, *more, cache=None):
+    command = [sys.executable, str(PROGRAM), what, f"{moment:.3f}", *more]
+    return subprocess.run(
+        command, env=environment(cache), capture_output=True, text=True, timeout=240, cwd=ROOT, check=False
+    )
+
+
+def check(result):
+    # OSQP prints a line of its own when it is interrupted.
+    (line,) = (line for line in result.stdout.splitlines() if line != "Solver interrupted")
+    late, *after = line.split()
+    assert float(late) < 1.0
+    assert after == ["certified"] * 4
+
+
+@posix
+@pytest.mark.slow
+@pytest.mark.parametrize("what", WORKS)
+def test_work_interrupted_at_any_moment_can_be_done_again(what):
+    chance = random.Random(what)
+    for _ in range(6):
+        result = run(what, chance.uniform(0.0, 1.5))
+        assert (result.returncode, result.stderr) == (0, "")
+        check(result)
+
+
+@posix
+@pytest.mark.slow
+@pytest.mark.parametrize("what", ["multigrid", "psor", "matrix"])
+def test_compiling_interrupted_at_any_moment_can_be_done_again(what, tmp_path):
+    chance = random.Random(what)
+    for k in range(2):
+        result = run(what, chance.uniform(0.0, 8.0), cache=tmp_path / str(k))
+        assert (result.returncode, result.stderr) == (0, "")
+        check(result)
+
+
+@posix
+@pytest.mark.slow
+@pytest.mark.parametrize("what", ["osqp", "clarabel", "mangasarian"])
+def test_an_interrupt_that_nobody_catches_ends_the_program_in_good_order(what):
+    chance = random.Random(what)
+    for _ in range(3):
+        result = run(what, chance.uniform(0.0, 1.0), "uncaught")
+        # 1 where the library's thread ran a string of code before the end: the interpreter forgets the signal then.
+        assert result.returncode in (-signal.SIGINT, 1)
+        assert result.stderr.endswith("KeyboardInterrupt\n")
+        assert "panicked" not in result.stderr
+        check(result)
+
+
+@posix
+@pytest.mark.slow
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_interrupted_at_any_moment_ends_within_a_second(name, tmp_path):
+    chance = random.Random(name)
+    arguments = [argument.format(tmp_path) for argument in COMMANDS[name]]
+    for _ in range(6):
+        process = subprocess.Popen(
+            [sys.executable, "-c", STARTED, *arguments],
+            env=environment(),
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(chance.uniform(0.0, 1.5))
+        sent = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        assert time.monotonic() - sent < 2.0
+        if process.returncode != 0:  # else it was done before the signal came
+            assert process.returncode == INTERRUPTED
+            assert "Traceback" not in errors
