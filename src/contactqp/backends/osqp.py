@@ -6,8 +6,10 @@ Mathematical Programming Computation 12 (2020).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import ctypes
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -192,7 +194,7 @@ class _Rounds:
         )
         result = self._solver.solve(raise_error=False)
         status, gap = result.info.status, np.array(result.x)
-        if status == "interrupted":
+        if status == "interrupted" or _took_interrupt():
             raise KeyboardInterrupt
         # The library keeps the outcome of the last polish, so it counts only where one was asked for.
         polished = self._polish and result.info.status_polish == 1
@@ -216,6 +218,23 @@ _STOPS = {
     "maximum iterations reached": Stop.ITERATION_LIMIT,
     "run time limit reached": Stop.TIME_LIMIT,
 }
+
+
+@cache
+def _own_memory_of_interrupts() -> Callable[[], int]:
+    """Return the library's function that tells whether Ctrl-C came in its last call, where it can be reached."""
+    from osqp import ext_builtin
+
+    try:
+        told: Callable[[], int] = ctypes.CDLL(str(ext_builtin.__file__)).osqp_is_interrupted
+    except (AttributeError, OSError):
+        return lambda: 0
+    return told
+
+
+def _took_interrupt() -> bool:
+    """Whether Ctrl-C came, and the library, which catches it while it works, was past its last look for it."""
+    return bool(_own_memory_of_interrupts()())
 
 
 def _vectors(problem: ContactQP) -> dict[str, Vector]:
