@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 import contactqp as cq
 from contactqp.cli.commands import app
 
-STEEP = cq.Membrane(cq.Frame.rectangle(4, 4).lattice(1.0), 1.0, 2000.0, 880.0)
+STEEP = cq.Membrane(cq.Frame.rectangle(4, 4).lattice(1.0), 1.0, load=2000.0, support=880.0)
 SAID = "largest slope 880: the theory assumes small slopes"
 CASE = """
 spacing = 1.0
@@ -58,7 +58,7 @@ def test_cautions_on_the_command_line(tmp_path):
 
 def test_gentle_answers_and_bare_problems_have_none():
     assert cq.compare(cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0]), ["psor"]).cautions == ()
-    gentle = cq.compare(cq.Membrane(STEEP.lattice, 1.0, 0.01, 1.0), ["psor"])
+    gentle = cq.compare(cq.Membrane(STEEP.lattice, 1.0, load=0.01, support=1.0), ["psor"])
     assert gentle.cautions == ()
     assert "Caution" not in str(gentle)
     assert json.loads(gentle.to_json())["cautions"] == []

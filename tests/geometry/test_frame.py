@@ -125,7 +125,7 @@ def test_a_rectangle_fits_where_the_spacing_divides_its_sides(width, height, spa
 
 def test_a_membrane_on_a_rectangle_is_as_wide_as_the_rectangle():
     """Of a strip of width 3 under p = 1, T = 1 the deflection is x(3 - x)/2 at the nodes: 1 at both inner ones."""
-    strip = cq.Membrane(cq.Frame.rectangle(3, 600).lattice(1.0), 1.0, 1.0, np.inf)
+    strip = cq.Membrane(cq.Frame.rectangle(3, 600).lattice(1.0), 1.0, load=1.0, support=np.inf)
     deflection = strip.lattice.scatter(cq.solve(strip).deflection)
     np.testing.assert_allclose(deflection[300, 1:-1], [1.0, 1.0], rtol=1e-6)
 
@@ -148,7 +148,7 @@ def test_a_frame_that_grows_is_loud_and_names_spacings_that_fit(spacing, wider, 
         lattice = cq.Frame.rectangle(1, 1).lattice(spacing)
     assert w[0].filename == __file__
     assert lattice.caution == str(w[0].message)
-    membrane = cq.Membrane(lattice, 1.0, 0.01, 1.0)
+    membrane = cq.Membrane(lattice, 1.0, load=0.01, support=1.0)
     assert cq.solve(membrane).cautions == (lattice.caution,)
     assert f"caution     {lattice.caution}" in repr(cq.solve(membrane))
 

@@ -31,7 +31,7 @@ def both(kind, **changes):
     for upwards in (False, True):
         support, height = (up(at["support"]), up(at["height"])) if upwards else (at["support"], at["height"])
         if kind == "membrane":
-            made.append(cq.Membrane(LATTICE, 1.0, 0.2, support, height, upwards=upwards))
+            made.append(cq.Membrane(LATTICE, 1.0, load=0.2, support=support, frame_height=height, upwards=upwards))
         elif kind == "cable":
             made.append(
                 cq.Cable(10, spacing=1.0, tension=2.0, load=0.4, support=support, frame_height=height, upwards=upwards)
@@ -76,8 +76,8 @@ def test_spans_and_lifts_do_not_depend_on_the_sign_of_heights():
 
 def test_a_profile_has_depths_whichever_way_heights_are_positive():
     dome = cq.profiles.Hemisphere(depth=0.2, radius=3.0)
-    down = cq.Membrane(LATTICE, 1.0, 0.2, dome)
-    up = cq.Membrane(LATTICE, 1.0, 0.2, dome, upwards=True)
+    down = cq.Membrane(LATTICE, 1.0, load=0.2, support=dome)
+    up = cq.Membrane(LATTICE, 1.0, load=0.2, support=dome, upwards=True)
     np.testing.assert_array_equal(down.problem.q, up.problem.q)
     assert up.support.max() == pytest.approx(-0.2)
     assert up.support.min() == -np.inf
@@ -92,12 +92,12 @@ def test_a_profile_has_depths_whichever_way_heights_are_positive():
 def test_no_support_is_as_deep_as_can_be():
     support = np.full(LATTICE.size, -0.3)
     support[:5] = -np.inf
-    up = cq.Membrane(LATTICE, 1.0, 0.2, support, upwards=True)
+    up = cq.Membrane(LATTICE, 1.0, load=0.2, support=support, upwards=True)
     assert np.count_nonzero(~up.supported) == 5
     with pytest.raises(ValueError, match=r"support must be finite or -inf \(no support\), but is inf at node 0"):
-        cq.Membrane(LATTICE, 1.0, 0.2, np.inf, upwards=True)
+        cq.Membrane(LATTICE, 1.0, load=0.2, support=np.inf, upwards=True)
     with pytest.raises(TypeError, match="upwards must be True or False, got 'yes'"):
-        cq.Membrane(LATTICE, 1.0, 0.2, -1.0, upwards="yes")
+        cq.Membrane(LATTICE, 1.0, load=0.2, support=-1.0, upwards="yes")
 
 
 def test_pictures_say_which_way_heights_are_positive():
@@ -114,18 +114,22 @@ def test_pictures_say_which_way_heights_are_positive():
 def test_the_rows_of_arrays_go_where_it_is_told(rows):
     rank = np.arange(LATTICE.shape[0])[:, None] * np.ones(LATTICE.shape[1])
     support = 0.1 + (rank if rows == "up" else rank[::-1]) / 10
-    membrane = cq.Membrane(LATTICE, 1.0, 0.4, support, rows=rows)
+    membrane = cq.Membrane(LATTICE, 1.0, load=0.4, support=support, rows=rows)
     solution = cq.solve(membrane)
     assert solution.contact.any()
     assert LATTICE.node_y[solution.contact].mean() < -0.5
-    np.testing.assert_array_equal(membrane.support, cq.Membrane(LATTICE, 1.0, 0.4, rank / 10 + 0.1).support)
+    np.testing.assert_array_equal(
+        membrane.support, cq.Membrane(LATTICE, 1.0, load=0.4, support=rank / 10 + 0.1).support
+    )
     again = cq.Solver(membrane).solve(support=support)
     np.testing.assert_array_equal(again.gap, solution.gap)
     net = cq.CableNet.orthogonal(LATTICE, 1.0, load=0.4, support=support, frame_height=0 * support, rows=rows)
     np.testing.assert_array_equal(net.support, membrane.support)
     frame = np.broadcast_to(LATTICE.y[:, None] / 10, LATTICE.shape)
-    tilted = cq.Membrane(LATTICE, 1.0, 0.4, 2.0, frame if rows == "up" else frame[::-1], rows=rows)
-    expected = cq.Membrane(LATTICE, 1.0, 0.4, 2.0, lambda x, y: y / 10)
+    tilted = cq.Membrane(
+        LATTICE, 1.0, load=0.4, support=2.0, frame_height=frame if rows == "up" else frame[::-1], rows=rows
+    )
+    expected = cq.Membrane(LATTICE, 1.0, load=0.4, support=2.0, frame_height=lambda x, y: y / 10)
     np.testing.assert_allclose(tilted.problem.q, expected.problem.q, atol=1e-12)
     mask = np.array([[True, False], [True, True]])
     np.testing.assert_array_equal(cq.Lattice.from_mask(mask, 1.0, rows=rows).mask, mask if rows == "up" else mask[::-1])
@@ -134,19 +138,19 @@ def test_the_rows_of_arrays_go_where_it_is_told(rows):
 def test_coordinates_tell_where_rows_go_if_there_are_any():
     grid = np.arange(float(np.prod(LATTICE.shape))).reshape(LATTICE.shape)
     placed = xr.DataArray(grid, dims=("y", "x"), coords={"y": LATTICE.y, "x": LATTICE.x})
-    up, down = (cq.Membrane(LATTICE, 1.0, 1.0, placed, rows=rows).support for rows in ("up", "down"))
+    up, down = (cq.Membrane(LATTICE, 1.0, load=1.0, support=placed, rows=rows).support for rows in ("up", "down"))
     np.testing.assert_array_equal(up, down)
-    unplaced = cq.Membrane(LATTICE, 1.0, 1.0, placed.drop_vars("y"), rows="down").support
+    unplaced = cq.Membrane(LATTICE, 1.0, load=1.0, support=placed.drop_vars("y"), rows="down").support
     np.testing.assert_array_equal(unplaced, LATTICE.gather(grid[::-1]))
     with pytest.raises(ValueError, match="rows must be one of 'up', 'down', got 'north'"):
-        cq.Membrane(LATTICE, 1.0, 1.0, grid, rows="north")
+        cq.Membrane(LATTICE, 1.0, load=1.0, support=grid, rows="north")
 
 
 @pytest.mark.parametrize("upwards", [False, True])
 def test_a_support_that_stands_above_the_frame_all_around_is_warned_of(upwards):
     height = 0.3 if upwards else -0.3
     with pytest.warns(cq.ContactWarning, match=r"above the frame at 20 of the 20 .* by 0.3 .*heights are positive"):
-        cq.Membrane(cq.Frame.rectangle(6, 6).lattice(1.0), 1.0, 0.03, height, upwards=upwards)
+        cq.Membrane(cq.Frame.rectangle(6, 6).lattice(1.0), 1.0, load=0.03, support=height, upwards=upwards)
     with pytest.warns(cq.ContactWarning, match="above the frame at 2 of the 2"):
         cq.Cable(100, spacing=1.0, tension=1.0, load=1.0, support=height, upwards=upwards)
     with pytest.warns(cq.ContactWarning, match="above the frame") as found:
@@ -155,7 +159,7 @@ def test_a_support_that_stands_above_the_frame_all_around_is_warned_of(upwards):
 
 
 def test_hills_within_the_frame_and_ground_that_goes_on_from_it_are_not_warned_of():
-    cq.Membrane(LATTICE, 1.0, 1.0, lambda x, y: 0.1 * (x**2 + y**2) - 0.5)
+    cq.Membrane(LATTICE, 1.0, load=1.0, support=lambda x, y: 0.1 * (x**2 + y**2) - 0.5)
     cq.Cable(100, spacing=1.0, tension=1.0, load=1.0, support=lambda x: 0.01 * (x - 50) ** 2, frame_height=25.0)
     cq.Cable(100, spacing=1.0, tension=1.0, load=-0.0001, support=0.0)
 
@@ -163,7 +167,7 @@ def test_hills_within_the_frame_and_ground_that_goes_on_from_it_are_not_warned_o
 @pytest.mark.parametrize("upwards", [False, True])
 def test_loads_and_supports_that_exclude_contact_are_warned_of(upwards):
     with pytest.warns(cq.ContactWarning, match="nowhere presses downwards and the support lies below the frame"):
-        model = cq.Membrane(LATTICE, 1.0, -0.03, -0.3 if upwards else 0.3, upwards=upwards)
+        model = cq.Membrane(LATTICE, 1.0, load=-0.03, support=-0.3 if upwards else 0.3, upwards=upwards)
     assert not cq.solve(model).contact.any()
     assert "nothing can touch" in model.cautions[0]
 
@@ -174,7 +178,7 @@ def test_a_number_for_missing_data_is_warned_of_by_its_node(value):
     support[[7, 9]] = value
     match = rf"support is {value:g} at node 7 \(x=-3, y=-1\) and 1 more node, and from 40 to 43.4 elsewhere"
     with pytest.warns(cq.ContactWarning, match=match.replace("+", r"\+")):
-        cq.Membrane(LATTICE, 1.0, 1.0, support)
+        cq.Membrane(LATTICE, 1.0, load=1.0, support=support)
 
 
 @pytest.mark.parametrize("upwards", [False, True])
@@ -183,7 +187,7 @@ def test_a_support_beyond_reach_is_none_exactly(value, upwards):
     sign = -1.0 if upwards else 1.0
     there = LATTICE.node_x < 0
     models = [
-        cq.Membrane(LATTICE, 1.0, 0.2, sign * np.where(there, 0.5, absent), upwards=upwards)
+        cq.Membrane(LATTICE, 1.0, load=0.2, support=sign * np.where(there, 0.5, absent), upwards=upwards)
         for absent in (value, np.inf)
     ]
     huge, none = (cq.solve(model, tol=1e-10) for model in models)
@@ -199,7 +203,7 @@ def test_a_support_beyond_reach_is_none_exactly(value, upwards):
 
 def test_nothing_but_numbers_for_none_is_no_support_at_all():
     for model in (
-        cq.Membrane(LATTICE, 1.0, 0.2, 1e30),
+        cq.Membrane(LATTICE, 1.0, load=0.2, support=1e30),
         cq.Cable(10, spacing=1.0, tension=1.0, load=1.0, support=1e20),
         cq.CableNet.orthogonal(LATTICE, 1.0, load=0.2, support=1e20),
     ):
@@ -207,7 +211,7 @@ def test_nothing_but_numbers_for_none_is_no_support_at_all():
         solution = cq.solve(model)
         assert solution.status == "certified"
         assert solution.certificate.gap_bound < 1e-6
-    deep = cq.Membrane(LATTICE, 1.0, 0.2, 9.0)  # never touched, but no more than a deep support
+    deep = cq.Membrane(LATTICE, 1.0, load=0.2, support=9.0)  # never touched, but no more than a deep support
     assert deep.supported.all()
 
 

@@ -153,12 +153,12 @@ def test_bad_arguments_say_what_is_wrong(arguments, error, message):
 def test_nodes_that_leave_and_join_at_once_where_many_have_changed_sides():
     """Two nodes change sides together, one back, when as many have changed as are kept beside the factors."""
     load, support = [-1.0, 6.0], [0.1, 2.0]
-    pair = cq.Membrane(cq.Lattice(np.ones((1, 2), dtype=bool), 1.0), 1.0, load, support)
+    pair = cq.Membrane(cq.Lattice(np.ones((1, 2), dtype=bool), 1.0), 1.0, load=load, support=support)
     tie = cq.events(pair, stop=20.0).load[-1]
     mask = np.zeros((1, 96), dtype=bool)
     mask[0, :94:2] = mask[0, 94:] = True
     alone = np.r_[tie / 4, np.linspace(0.01, 0.2, 46) * tie / 4]
-    model = cq.Membrane(cq.Lattice(mask, 1.0), 1.0, np.r_[np.ones(47), load], np.r_[alone, support])
+    model = cq.Membrane(cq.Lattice(mask, 1.0), 1.0, load=np.r_[np.ones(47), load], support=np.r_[alone, support])
     settled = cq.events(model, stop=20.0)
     np.testing.assert_allclose(np.sort(settled.load)[:46], np.sort(4 * alone[1:]), rtol=1e-9)
     assert tie in settled.load

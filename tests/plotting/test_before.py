@@ -57,12 +57,13 @@ def test_arrows_point_where_the_load_does(membrane):
 
 
 def test_a_cable_shows_frame_support_and_load():
-    cable = cq.Cable(span=10.0, spacing=1.0, tension=1.0, load=-1.0, support=2.0)
+    with pytest.warns(cq.ContactWarning, match="check the signs of load and support"):
+        cable = cq.Cable(span=10.0, spacing=1.0, tension=1.0, load=-1.0, support=2.0)
     figure = cable.plot(units={"length": "m", "force": "kN"})
     (axes,) = figure.axes
     assert (np.asarray(arrows_of(figure).V) < 0).all()
     assert axes.get_xlabel() == "x (m)"
-    assert axes.get_ylabel() == "ordinate, positive downwards (m)"
+    assert axes.get_ylabel() == "height, positive downwards (m)"
     assert axes.get_title() == "Cable, 9 nodes, load 1 (kN/m) upwards"
 
 
@@ -117,7 +118,7 @@ def test_views_in_space_show_contact(solution, membrane):
         axes = figure.axes[0]
         assert axes.name == "3d"
         low, high = axes.get_zlim()
-        assert low > high  # ordinates are positive downwards
+        assert low > high  # heights are positive downwards
     with pytest.raises(ValueError, match="kind must be one of 'map', 'surface'"):
         solution.plot(kind="surfaces")
     with pytest.raises(TypeError, match="needs a Membrane"):
@@ -166,5 +167,28 @@ def test_a_path_can_be_drawn_into_axes_of_ones_own():
     assert axes.get_title() == "mine"
     np.testing.assert_allclose(axes.lines[0].get_ydata(), path.contact_fraction)
     labels = [each.get_ylabel() for each in path.plot(units={"length": "m", "force": "kN"}).axes]
-    assert "largest deflection (m)" in labels
+    assert "deflection of the lowest node (m)" in labels
     assert "total reaction (kN)" in labels
+
+
+def test_elevations_are_drawn_the_right_way_up():
+    """The same membrane with heights downwards and upwards: the pictures show the same, with other numbers."""
+    lattice = cq.Frame.rectangle(2.0, 1.0).lattice(0.1)
+
+    def sides(upwards):
+        sense = -1.0 if upwards else 1.0
+        model = cq.Membrane(
+            lattice, 1.0, load=2.0, support=lambda x, y: sense * (0.1 + 0.05 * x), upwards=upwards, frame_height=0.0
+        )
+        figure = model.plot()
+        section = figure.axes[1]
+        bottom, top = section.get_ylim()
+        tip = arrows_of(figure)
+        assert (np.sign(np.asarray(tip.V)) == np.sign(bottom - top)).all()  # the load points down
+        assert f"positive {'upwards' if upwards else 'downwards'}" in section.get_ylabel()
+        space = model.plot3d().axes[0].get_zlim()
+        answer = cq.solve(model).plot(units="m").axes[1]
+        assert answer.get_ylabel() == f"height,\npositive {'upwards' if upwards else 'downwards'} (m)"
+        return [sense * np.array(limits) for limits in ((bottom, top), space, answer.get_ylim())]
+
+    np.testing.assert_allclose(sides(upwards=True), sides(upwards=False), atol=1e-12)

@@ -58,7 +58,8 @@ def plot_in_space(solution: Answered, wanted: Wanted = PLAIN) -> Figure:
 _QUANTITIES = {
     "x": "length",
     "y": "length",
-    "ordinate, downwards": "length",
+    "height,\npositive downwards": "length",
+    "height,\npositive upwards": "length",
     "gap ω": "length",
     "length": "length",
     "reaction R": "force",

@@ -72,7 +72,7 @@ def _cable(cable: Cable, wanted: Wanted) -> Figure:
 
 
 def draw_before(axes: Axes, model: LatticeModel, row: int, wanted: Wanted) -> None:
-    """Draw frame level, support and load along a row; ordinates are positive downwards, and so are the arrows."""
+    """Draw frame level, support and load along a row; down is down, whichever way the model's heights are positive."""
     lattice, stencil = model.lattice, model.stencil
     numbers = lattice.scatter(np.arange(lattice.size), fill=-1)[row].astype(int)
     nodes = numbers >= 0
@@ -84,28 +84,29 @@ def draw_before(axes: Axes, model: LatticeModel, row: int, wanted: Wanted) -> No
     support[nodes] = np.where(model.supported[number], model.support[number], np.nan)
     level = float(heights[frame].mean()) if frame.any() else 0.0
     known = np.concatenate([support[np.isfinite(support)], heights[frame], [level]])
-    low, high = float(known.min()), float(known.max())
-    depth = high - low or 1.0
-    top = low - 0.45 * depth
-    axes.fill_between(lattice.x, support, high + 0.15 * depth, color=GROUND, alpha=0.55, lw=0, label="support f")
+    depth = float(np.ptp(known)) or 1.0
+    down = -1.0 if model.upwards else 1.0
+    highest, lowest = down * float((down * known).min()), down * float((down * known).max())
+    bottom = lowest + down * 0.15 * depth
+    axes.fill_between(lattice.x, support, bottom, color=GROUND, alpha=0.55, lw=0, label="support f")
     axes.plot(lattice.x, support, color=GROUND, lw=1.2)
     axes.plot(ring[frame], heights[frame], "s", color=INK, ms=5, label="frame")
     axes.hlines(level, ring[0], ring[-1], color=INK, lw=0.7, ls=":")
-    _draw_load(axes, x, model.load[number], low - 0.08 * depth, 0.3 * depth)
-    axes.set_ylim(high + 0.15 * depth, top)
-    axes.set(xlabel=wanted.label("x"), ylabel=wanted.label("ordinate, positive downwards"))
+    _draw_load(axes, x, model.load[number], highest - down * 0.08 * depth, down * 0.3 * depth)
+    axes.set_ylim(bottom, highest - down * 0.45 * depth)
+    axes.set(xlabel=wanted.label("x"), ylabel=wanted.label(f"height, {model.sense}"))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, frameon=False, fontsize="small")
     tidy(axes)
 
 
 def _draw_load(axes: Axes, x: Vector, load: Vector, base: float, length: float) -> None:
-    """Draw arrows above the frame, downwards for a positive load, as long as the load is large."""
+    """Draw arrows above the frame, downwards for a positive load; the longest takes ``length``, which goes down."""
     largest = float(np.abs(load).max(initial=0.0))
     if not largest:
         return
     chosen = np.unique(np.linspace(0, x.size - 1, min(x.size, _ARROWS)).astype(int))
     place, size = x[chosen], length * load[chosen] / largest
-    begin = np.where(size >= 0, base - size, base)
+    begin = np.where(load[chosen] >= 0, base - size, base)
     some = size != 0
     arrows: Any = axes.quiver(
         *(place[some], begin[some], np.zeros(some.sum()), size[some]),
@@ -123,8 +124,8 @@ def _draw_support(axes: Axes, model: LatticeModel, wanted: Wanted) -> None:
     lattice = model.lattice
     grid = np.ma.masked_invalid(lattice.scatter(np.where(model.supported, model.support, np.nan)))
     if grid.count():
-        cells = axes.pcolormesh(lattice.x, lattice.y, grid, cmap="YlGnBu", shading="nearest", rasterized=True)
-        _colour_bar(axes, cells, wanted)
+        cells = axes.pcolormesh(lattice.x, lattice.y, grid, cmap=_depths(model), shading="nearest", rasterized=True)
+        _colour_bar(axes, cells, model, wanted)
     row, column = np.nonzero(lattice.scatter(~model.supported, fill=0.0) == 1.0)
     if row.size:
         size = float(np.clip(4000 / lattice.size, 1, 20))
@@ -139,17 +140,23 @@ def _scatter_support(axes: Axes, model: ContactModel, wanted: Wanted) -> None:
     x, y = model.node_x, model.node_y
     axes.scatter(x[~known], y[~known], s=18, marker="x", lw=0.8, color=CONTACT, label="no support")
     if known.any():
-        dots = axes.scatter(x[known], y[known], s=26, c=model.support[known], cmap="YlGnBu", edgecolors=INK, lw=0.4)
+        dots = axes.scatter(x[known], y[known], s=26, c=model.support[known], cmap=_depths(model), edgecolors=INK, lw=0.4)
         dots.set_zorder(3)
-        _colour_bar(axes, dots, wanted)
+        _colour_bar(axes, dots, model, wanted)
     if not known.all():
         axes.legend(loc="upper right", fontsize="small")
 
 
-def _colour_bar(axes: Axes, picture: Any, wanted: Wanted) -> None:
+def _depths(model: ContactModel) -> str:
+    """Return the name of a map of colours in which what lies deeper is darker."""
+    return "YlGnBu_r" if model.upwards else "YlGnBu"
+
+
+def _colour_bar(axes: Axes, picture: Any, model: ContactModel, wanted: Wanted) -> None:
     figure: Any = axes.get_figure(root=False)
-    bar = figure.colorbar(picture, ax=axes, shrink=0.85, pad=0.09, label=wanted.label("support f, positive downwards"))
-    bar.ax.invert_yaxis()
+    bar = figure.colorbar(picture, ax=axes, shrink=0.85, pad=0.09, label=wanted.label(f"support f, {model.sense}"))
+    if not model.upwards:
+        bar.ax.invert_yaxis()
     bar.ax.tick_params(labelsize="small")
 
 

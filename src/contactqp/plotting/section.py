@@ -90,6 +90,6 @@ def draw_shape(
         axes.plot(node_x[upper], at_nodes[upper], ".", color=CONTACT_UPPER, ms=4, label="at the upper bound")
     axes.set_ylim(bottom, top)
     axes.legend(loc="best", frameon=False, fontsize="small")
-    axes.set(ylabel=f"height, {model.sense}", title="Section")
+    axes.set(ylabel=f"height,\n{model.sense}", title="Section")
     tidy(axes)
     return node_x, number

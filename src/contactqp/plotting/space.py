@@ -27,7 +27,7 @@ def _support_in_space(membrane: Membrane, wanted: Wanted) -> Figure:
     axes = _axes(wanted)
     _draw_surface(axes, membrane, _laid(membrane, membrane.support), GROUND, 0.85)
     _draw_frame(axes, membrane)
-    _finish(axes, wanted)
+    _finish(axes, membrane, wanted)
     title = f"{type(membrane).__name__}, {membrane.size} nodes: frame and support"
     return _titled(axes, wanted, title)
 
@@ -43,12 +43,13 @@ def membrane_in_space(membrane: Membrane, solution: Answered, wanted: Wanted) ->
     _draw_surface(axes, membrane, surface, BLUE, 1.0, contact)
     below = _laid(membrane, membrane.support)
     known = surface[np.isfinite(surface)]
-    reach = float(np.ptp(known)) or 1.0
-    below[below > known.max() + reach] = np.nan  # a support that lies deep would flatten the membrane
+    reach, lowest = float(np.ptp(known)) or 1.0, membrane.lowest(known)
+    # A support that lies deep would flatten the membrane.
+    below[(below < lowest - reach) if membrane.upwards else (below > lowest + reach)] = np.nan
     _draw_surface(axes, membrane, below, GROUND, 0.25)
     _draw_frame(axes, membrane)
-    _finish(axes, wanted)
-    return _titled(axes, wanted, f"{solution.backend}: deflection over the support, ordinates not to scale")
+    _finish(axes, membrane, wanted)
+    return _titled(axes, wanted, f"{solution.backend}: deflection over the support, heights not to scale")
 
 
 def _laid(membrane: Membrane, values: NDArray[Any]) -> NDArray[Any]:
@@ -100,9 +101,10 @@ def _draw_frame(axes: Any, membrane: Membrane) -> None:
     axes.scatter(x, y, heights, s=3, color=INK, depthshade=False)
 
 
-def _finish(axes: Any, wanted: Wanted) -> None:
-    axes.invert_zaxis()
-    axes.set(xlabel=wanted.label("x"), ylabel=wanted.label("y"), zlabel=wanted.label("ordinate, downwards"))
+def _finish(axes: Any, membrane: Membrane, wanted: Wanted) -> None:
+    if not membrane.upwards:
+        axes.invert_zaxis()
+    axes.set(xlabel=wanted.label("x"), ylabel=wanted.label("y"), zlabel=wanted.label(f"height, {membrane.sense}"))
     axes.set_box_aspect((1, 1, 0.5), zoom=1.1)
     axes.view_init(elev=32, azim=-60)
     axes.tick_params(labelsize="small")
