@@ -146,6 +146,7 @@ def test_the_automatic_factor_is_the_same_in_other_units():
         assert cq.solve(scaled, "psor").iterations == plain
 
 
+@pytest.mark.filterwarnings("ignore:support stands above the frame")
 @pytest.mark.parametrize("support", [-1.0, np.inf, 0.4])
 @pytest.mark.parametrize("shape", [(1, 1), (1, 2), (2, 1), (3, 50), (40, 1)])
 def test_the_automatic_factor_on_small_nets(shape, support):

@@ -223,6 +223,7 @@ _STOPS = {
 @cache
 def _own_memory_of_interrupts() -> Callable[[], int]:
     """Return the library's function that tells whether Ctrl-C came in its last call, where it can be reached."""
+    load_modules("osqp")
     from osqp import ext_builtin
 
     try:

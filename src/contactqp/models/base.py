@@ -56,7 +56,7 @@ class ForceBalance:
 _LEAST_DEPTH = 1e-6
 """The gap scale is at least this part of the unsupported deflection: a shallower support counts as flat."""
 
-_BEYOND = 1000.0
+_BEYOND = 1e4
 """A support that lies so many times as deep as the load can press any node counts as none: its depth costs digits."""
 
 
@@ -273,7 +273,7 @@ class ContactModel(ABC):
     def unreachable(self) -> Mask:
         """Where a support is so deep that it provably cannot be touched, and counts as none, shape (n,), read-only.
 
-        That is a thousand times as deep as the load alone can press any node, such as 1e30 in place of infinity. The
+        That is ten thousand times as deep as the load alone can press any node, such as 1e30 in place of infinity. The
         deflection is the same, and has all its digits; the gap is counted from the frame's mean height there, as
         without a support (see `clearance`).
         """

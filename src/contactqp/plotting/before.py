@@ -140,7 +140,9 @@ def _scatter_support(axes: Axes, model: ContactModel, wanted: Wanted) -> None:
     x, y = model.node_x, model.node_y
     axes.scatter(x[~known], y[~known], s=18, marker="x", lw=0.8, color=CONTACT, label="no support")
     if known.any():
-        dots = axes.scatter(x[known], y[known], s=26, c=model.support[known], cmap=_depths(model), edgecolors=INK, lw=0.4)
+        dots = axes.scatter(
+            x[known], y[known], s=26, c=model.support[known], cmap=_depths(model), edgecolors=INK, lw=0.4
+        )
         dots.set_zorder(3)
         _colour_bar(axes, dots, model, wanted)
     if not known.all():
