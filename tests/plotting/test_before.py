@@ -186,7 +186,8 @@ def test_elevations_are_drawn_the_right_way_up():
         tip = arrows_of(figure)
         assert (np.sign(np.asarray(tip.V)) == np.sign(bottom - top)).all()  # the load points down
         assert f"positive {'upwards' if upwards else 'downwards'}" in section.get_ylabel()
-        space = model.plot3d().axes[0].get_zlim()
+        axes: Any = model.plot3d().axes[0]
+        space = axes.get_zlim()
         answer = cq.solve(model).plot(units="m").axes[1]
         assert answer.get_ylabel() == f"height,\npositive {'upwards' if upwards else 'downwards'} (m)"
         return [sense * np.array(limits) for limits in ((bottom, top), space, answer.get_ylim())]
