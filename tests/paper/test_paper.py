@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 from dataclasses import replace
 
 import matplotlib.image
@@ -197,7 +198,9 @@ def test_sections_are_without_unit():
 
 def test_the_folder_holds_what_its_index_names(folder):
     index = (folder / "README.txt").read_text(encoding="utf-8")
-    assert {file.name for file in folder.iterdir()} == {"README.txt", *CAPTIONS}
+    pictures = {name.replace(".png", ".pdf") for name in CAPTIONS if name.endswith(".png")}
+    assert {file.name for file in folder.iterdir()} == {"README.txt", *CAPTIONS, *pictures}
+    assert all((folder / name).read_bytes().startswith(b"%PDF") for name in pictures)
     assert paper.SURROGATE in index
     for name, caption in CAPTIONS.items():
         assert f"{name} " in index
@@ -223,6 +226,19 @@ def test_the_tables_in_the_folder(folder, found):
     assert [row["load"] for row in section] == [load for load in (0.01, 0.03, 0.05) for _ in range(63)]
     assert max(abs(row["deflection"] + row["gap"] - row["support"]) for row in section) < 1e-12
     assert min(row["reaction"] for row in section) > -1e-9
+
+
+def test_the_table_for_latex(folder, found):
+    text = (folder / "table1.tex").read_text(encoding="utf-8")
+    assert text.isascii()
+    rows = [line.strip() for line in text.splitlines() if line.endswith(r"\\")]
+    assert [row.count("&") for row in rows[1:]] == [len(table.HEADINGS) - 1] * 11
+    spans = [int(part) for part in re.findall(r"multicolumn\{(\d+)\}", rows[0])]
+    assert sum(spans) == len(table.HEADINGS)
+    assert rows[1].startswith(r"$P'$ & $\beta_0$ & $N$ & best $\beta$ & $N$ &")
+    assert rows[-1].startswith("0.10 & 1.35 & 17 & 1.35 1.40 & 17 & 1.35 & 17 & 0.9221 & 1.442 &")
+    for opened in ("table", "tabular"):
+        assert text.count(rf"\begin{{{opened}}}") == text.count(rf"\end{{{opened}}}") == 1
 
 
 def test_what_is_printed(printed, printed_and_folder):

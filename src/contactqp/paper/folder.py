@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..paper import table
+from . import latex, table
 from .facts import SURROGATE
 from .sections import middle_section, section_solutions
 from .text_maps import text_map
@@ -21,6 +21,7 @@ INDEX = "README.txt"
 CAPTIONS = {
     "table1.txt": "Table 1 of the paper beside ours, for both stopping rules, with theory's best factor.",
     "table1.csv": "The same as data.",
+    "table1.tex": "The same as a table for LaTeX, to be read by \\input.",
     "table1_curves.png": "Sweeps N against the relaxation factor β at the ten loads: what stands behind β₀.",
     "table1_theory.png": "Theory's best relaxation factor beside the scanned ones and the paper's β₀.",
     "fig5.txt": "Contact maps at P′ = 0, 0.01, …, 0.10: dots for nodes, stars where the membrane has settled (Fig. 5).",
@@ -29,7 +30,7 @@ CAPTIONS = {
     "figs6-8.png": "Middle sections at P′ = 0.01, 0.03, 0.05: w′ = w/Δ and support, ω′ = ω/Δ, R′ = R/(TΔ) (Figs. 6-8).",
     "figs6-8.csv": "The same as data.",
 }
-"""What each file of the folder shows."""
+"""What each file of the folder shows; beside each picture there is a PDF of the same name, for print."""
 
 
 def prepare_folder(folder: Path) -> None:
@@ -66,7 +67,7 @@ def write_folder(found: Reproduction, folder: Path) -> tuple[Path, ...]:
     Returns
     -------
     tuple of Path
-        What was written, the index first.
+        What was written, the index first; without the pictures' PDFs.
 
     Raises
     ------
@@ -88,6 +89,7 @@ def write_folder(found: Reproduction, folder: Path) -> tuple[Path, ...]:
         INDEX: index(),
         "table1.txt": table.as_text(found) + "\n",
         "table1.csv": table.as_csv(found),
+        "table1.tex": latex.as_latex(found),
         "fig5.txt": contact_maps(found),
     }
     for name, text in texts.items():
@@ -100,6 +102,7 @@ def write_folder(found: Reproduction, folder: Path) -> tuple[Path, ...]:
         ("figs6-8.png", figures.plot_sections(found)),
     ):
         figure.savefig(folder / name, dpi=150)
+        figure.savefig((folder / name).with_suffix(".pdf"))
     _write_sections(found, folder / "figs6-8.csv")
     return tuple(folder / name for name in (INDEX, *CAPTIONS))
 
@@ -119,7 +122,7 @@ def index() -> str:
             "The paper's example, the hexagonal membrane of 1857 nodes, solved by contactqp.",
             "",
             SURROGATE,
-            "This holds for every file below.",
+            "This holds for every file below. Beside each picture (.png) there is the same for print (.pdf).",
             "",
             *lines,
             "",
