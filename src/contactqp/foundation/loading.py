@@ -6,6 +6,7 @@ Both happen once in a process, and would otherwise count as time for whatever co
 from __future__ import annotations
 
 import importlib
+import io
 import sys
 import time
 from collections.abc import Callable, Hashable, Iterator
@@ -81,10 +82,24 @@ def _apart(work: Callable[[], object], kernels: str) -> None:
         return
     started, clock.running = time.perf_counter(), True
     try:
-        run_interruptibly(lambda: _announced(work, kernels))
+        with _standard_error():
+            run_interruptibly(lambda: _announced(work, kernels))
     finally:
         clock.seconds += time.perf_counter() - started
         clock.running = False
+
+
+@contextmanager
+def _standard_error() -> Iterator[None]:
+    """Give libraries that ask for standard error while they are loaded one that goes nowhere, where there is none."""
+    if sys.stderr is not None:
+        yield
+        return
+    sys.stderr = io.StringIO()
+    try:
+        yield
+    finally:
+        sys.stderr = None
 
 
 def _announced(work: Callable[[], object], kernels: str) -> None:
