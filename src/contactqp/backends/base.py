@@ -101,7 +101,7 @@ class Task:
     time_limit : float or None
         Seconds from now.
     warm_start : array or None
-        A dimensionless gap to start from.
+        A dimensionless gap to start from, with no more energy than zero has.
     bound : callable
         ``bound(gap)`` returns the judge's bound of a dimensionless gap's error, relative to the gap scale; where
         nothing is proven of the matrix it is an estimate, by residual and condition, that says how far to go on.

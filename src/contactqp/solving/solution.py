@@ -33,6 +33,7 @@ from ..proof.residuals import Residuals
 from ..proof.status import Status
 from .choice import chosen_backend
 from .request import Request
+from .starts import useful_start
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -181,15 +182,16 @@ def _asked(
         nonlocal questions
         scaled, units = problem.scaled()
         questions = _Questions(problem, units)
+        start = None if warm_start is None else useful_start(warm_start, scaled, units)
         task = request.task(
             problem,
             units,
             questions.bound,
-            warm_start=None if warm_start is None else units.dimensionless(warm_start),
+            warm_start=start,
             progress=progress,
             keeps=state is not None,
-            resumes=resumes,
-            predicted=predicted,
+            resumes=resumes and start is not None,
+            predicted=predicted and start is not None,
             started=deadline.started,
         )
         try:
@@ -256,7 +258,7 @@ class Solution:
         subject : Membrane, Cable, CableNet or ContactQP
         request : Request
         warm_start : array, shape (n,), optional
-            A gap to start from (length).
+            A gap to start from (length); see `contactqp.solving.starts.useful_start`.
         note : str
             Why the backend was chosen.
         state : callable, optional
