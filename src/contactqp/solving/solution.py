@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..backends.base import Answer, Backend, State, Stop
+from ..backends.contract import checked_answer
 from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, one_of, read_only
@@ -131,6 +132,8 @@ class _Questions:
 
     def bound(self, dimensionless: Vector) -> float:
         """Return the judge's bound of a dimensionless gap's error, or its estimate, relative to the gap scale."""
+        if np.shape(dimensionless) != (self._problem.size,):
+            raise ValueError(f"bound(gap) needs shape ({self._problem.size},), got {np.shape(dimensionless)}")
         gap = self._units.gap(dimensionless)
         if not np.isfinite(gap).all():
             return np.inf
@@ -199,6 +202,7 @@ def _asked(
                 answer = backend.solve(scaled, task, **request.options)
             else:
                 answer = state().solve(scaled.q, task, scaled)
+            answer = checked_answer(backend, answer, problem.size)
         except Exception as error:
             error.add_note(f"raised by backend {backend.name!r} on {problem!r}")
             raise
@@ -437,6 +441,7 @@ class Solution:
 
     def report(self, on_failure: OnFailure, stacklevel: int = 3) -> None:
         """Warn, or raise a NotCertifiedError, if the answer is not as good as was asked for; see `solve`."""
+        one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
         if self.status.ok or on_failure == "ignore":
             return
         bound, residual = self.verdict.relative_bound, self.relative_residual

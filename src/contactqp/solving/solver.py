@@ -188,7 +188,7 @@ class Solver:
         if self._state is None:
             scaled, units = problem.scaled()
             task = self._request.task(problem, units, lambda gap: np.inf, keeps=True, started=deadline.started)
-            self._state = self.backend.prepare(scaled, task, **self._request.options)
+            self._state = self.backend.state_of(scaled, task, self._request.options)
         return self._state
 
     def _start(self, value: bool | ArrayLike | Solution, problem: ContactQP) -> tuple[Vector | None, bool]:

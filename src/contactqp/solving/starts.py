@@ -11,10 +11,10 @@ from ..foundation.checks import Vector, vector
 from ..problem.contact_qp import ContactQP, Units
 
 if TYPE_CHECKING:
-    from .solution import Solution
+    from ..models.records import Answered
 
 
-def started_from(value: ArrayLike | Solution | None, problem: ContactQP) -> Vector | None:
+def started_from(value: ArrayLike | Answered | None, problem: ContactQP) -> Vector | None:
     """Return the gap that a warm start stands for, checked; None for a cold start."""
     if value is None:
         return None
