@@ -375,7 +375,8 @@ def _refuse_empty(geometry: BaseGeometry, expression: str) -> None:
 
 def _on_one_line(ring: Sequence[Point]) -> bool:
     """Whether all corners lie on one line, to rounding."""
-    places = np.asarray(ring) - ring[0]
+    with np.errstate(over="ignore", invalid="ignore"):
+        places = np.asarray(ring) - ring[0]
     size = np.abs(places).max()
     if not 0 < size < np.inf:
         return bool(size == 0)
