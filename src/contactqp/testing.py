@@ -96,7 +96,8 @@ def assert_backends_agree(
     ----------
     problem : Membrane, Cable, CableNet or ContactQP
     backends : sequence of str, optional
-        Names, see `contactqp.backend_names`; by default the package's own whose methods suit the problem.
+        Names, see `contactqp.backend_names`; by default those that `contactqp.compare` takes: the installed ones, of
+        other distributions too, whose methods suit the problem and are practical at its size.
     tol : float
         As for `contactqp.solve`.
 

@@ -228,6 +228,37 @@ def test_clarabel_is_made_anew_where_its_data_must_not_be_changed(monkeypatch):
     assert len(solvers) == 2
 
 
+@pytest.mark.parametrize("status", ["NumericalError", "InsufficientProgress", "DualInfeasible"])
+def test_a_solver_of_clarabel_that_broke_down_is_not_used_again(monkeypatch, status):
+    import clarabel
+
+    made, broken = [], []
+
+    class Result:
+        def __init__(self, result):
+            self.x, self.z, self.iterations, self.status = result.x, result.z, result.iterations, status
+
+    class Breaking:
+        def __init__(self, *arguments):
+            made.append(self)
+            self._own = original(*arguments)
+
+        def __getattr__(self, name):
+            return getattr(self._own, name)
+
+        def solve(self):
+            return Result(self._own.solve()) if self in broken else self._own.solve()
+
+    original = clarabel.DefaultSolver
+    monkeypatch.setattr(clarabel, "DefaultSolver", Breaking)
+    solver = cq.Solver(HEXAGON, "clarabel")
+    solver.solve(load=0.05)
+    broken.extend(made)
+    assert solver.solve(load=0.04).status == "certified"
+    assert solver.solve(load=0.03).termination.startswith("Solved")
+    assert len(made) == 2
+
+
 def test_a_round_of_clarabel_that_is_cut_short_is_followed_by_the_next(monkeypatch):
     from contactqp.backends import clarabel
 

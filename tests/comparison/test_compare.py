@@ -13,6 +13,7 @@ from contactqp.backends.psor import Psor
 from contactqp.comparison.comparison import Comparison
 from contactqp.comparison.outcome import Outcome
 from contactqp.proof.judge import judge
+from contactqp.solving.tolerances import Tolerance
 from contactqp.testing import assert_backends_agree, assert_complementary
 
 HEXAGON = cq.gallery.paper_hexagon()
@@ -354,12 +355,27 @@ def test_bad_comparisons_say_what_is_wrong(arguments, error, message):
 
 
 def test_a_comparison_of_nobody_agrees_on_nothing():
-    comparison = cq.compare(HEXAGON, [])
+    comparison = Comparison(HEXAGON, [], Tolerance(1e-6))
     assert not comparison.agree
     assert comparison.best is None
     assert comparison.verdict() == "No agreement: no backend was asked."
     with pytest.raises(ValueError, match="nothing to draw"):
         comparison.plot()
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "told"),
+    [
+        ({"backends": []}, ValueError, "backends must hold a name at least, got none; leave them out for all"),
+        ({"backends": 3}, TypeError, "backends must be a sequence of names, got 3"),
+        ({"options": 3}, TypeError, "options must map a backend's name to its options, got 3; write options={'psor'"),
+        ({"options": [1]}, TypeError, r"options must map a backend's name to its options, got \[1\]; write"),
+        ({"options": {"osqp": 3}}, TypeError, r"options\['osqp'\] must map the backend's options to values, got 3"),
+    ],
+)  # fmt: skip
+def test_arguments_of_another_kind_are_named(given, error, told):
+    with pytest.raises(error, match=told):
+        cq.compare(HEXAGON, **given)
 
 
 def test_iteration_limits_are_passed_on():
@@ -391,7 +407,7 @@ def test_a_comparison_knows_its_model_even_if_nobody_answered():
     cable, _ = cq.gallery.cable_on_floor(nodes=9, contact_starts_after=2)
     matrix = cq.ContactQP(np.eye(2), [1.0, 1.0])
     for posed, backends in ((cable, []), (HEXAGON, []), (matrix, ["multigrid"])):
-        comparison = cq.compare(posed, backends)
+        comparison = cq.compare(posed, backends) if backends else Comparison(posed, [], Tolerance(1e-6))
         assert comparison.best is None
         assert (comparison.model or comparison.problem) is posed
         assert comparison.problem is getattr(posed, "problem", posed)

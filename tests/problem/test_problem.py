@@ -236,6 +236,16 @@ def test_the_gap_scale_is_a_mean_of_the_gap_and_scales_with_it():
     assert cq.ContactQP(cable.problem.G, np.zeros(59)).gap_scale == 1.0
 
 
+def test_without_any_force_the_bounds_are_what_the_gap_scale_is_made_of():
+    lifted = 1e-9 * np.array([2.0, 3.0])
+    assert cq.ContactQP(np.eye(2), -lifted, lower=lifted).gap_scale == lifted.max()
+    narrow = cq.ContactQP(np.eye(2), np.zeros(2), -1e-7, [1e9, 1e-8])
+    assert narrow.gap_scale == 1e-8
+    assert cq.ContactQP(np.eye(2), np.zeros(2), -np.inf, 0.0).gap_scale == 1.0
+    extreme = cq.ContactQP(np.eye(2), np.zeros(2), -1e-200, 1e200)
+    assert cq.solve(extreme, "osqp", eps=1e-6).status == "certified"
+
+
 def test_a_model_of_a_million_nodes_never_assembles_its_matrix(monkeypatch):
     assemble = Stencil.tocsr
     monkeypatch.setattr(Stencil, "tocsr", lambda self: assemble(self) if self.size < 5000 else pytest.fail("assembled"))

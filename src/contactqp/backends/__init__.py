@@ -53,15 +53,17 @@ def get_backend(backend: str | Backend) -> Backend:
     Raises
     ------
     TypeError
-        If it is neither a name nor a backend, or the backend's options are not named keywords.
+        If it is neither a name nor a backend, or the backend declares no name, or options that are no named keywords.
     UnknownBackendError
         If there is no such backend; the message lists the known ones.
     MissingBackendError
         If another distribution's backend cannot be loaded; the message says why.
     """
     from .base import Backend
+    from .contract import check_backend
 
     if isinstance(backend, Backend):
+        check_backend(backend)
         return backend
     if not isinstance(backend, str):
         raise TypeError(f"backend must be a name or a Backend, got {backend!r}")
@@ -182,6 +184,7 @@ def _realised(place: str) -> Any:
 def _loaded(name: str, entry: metadata.EntryPoint) -> Backend:
     """Return another distribution's backend, whatever its import raises turned into a MissingBackendError."""
     from .base import Backend
+    from .contract import check_backend
 
     try:
         made = entry.load()()
@@ -190,7 +193,11 @@ def _loaded(name: str, entry: metadata.EntryPoint) -> Backend:
         raise MissingBackendError(f"backend {name!r} ({entry.value}) cannot be loaded: {reason}") from error
     if not isinstance(made, Backend):
         raise MissingBackendError(f"backend {name!r} ({entry.value}) is no subclass of contactqp.backends.base.Backend")
-    made.options()
+    check_backend(made)
+    if made.name != name:
+        raise MissingBackendError(
+            f"backend {name!r} ({entry.value}) calls itself {made.name!r}; its entry point must have the same name"
+        )
     return made
 
 

@@ -38,9 +38,9 @@ class ActiveSetBackend(Backend):
         Parameters
         ----------
         problem, task
-            See `Backend.solve`. Without a warm start, or from one whose energy is above that of ω = 0, it starts from
-            ω = 0; with more than some thousand unknowns it works its way up from a coarse problem: that of a coarser
-            lattice, if the matrix is recognised as a rectangular lattice's, and else an algebraic one.
+            See `Backend.solve`. Without a warm start it starts from ω = 0; with more than some thousand unknowns it
+            works its way up from a coarse problem: that of a coarser lattice, if the matrix is recognised as a
+            rectangular lattice's, and else an algebraic one.
         history : bool
             Whether to record of every step: "exchanged" (nodes that changed sides) and "energy" (½ωᵀGω + qᵀω at its
             end, dimensionless).
@@ -69,13 +69,10 @@ class _Prepared(State):
 
 
 def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:
-    """Set ω to the warm start, unless ω = 0 has less energy, or start from coarser problems."""
+    """Set ω to the warm start, or start from coarser problems."""
     if task.warm_start is not None:
-        start = problem.project(task.warm_start)
-        with np.errstate(over="ignore", invalid="ignore"):
-            if float((0.5 * problem.stiffness.matvec(start) + problem.q) @ start) <= 0:
-                solver.omega = start
-                return
+        solver.omega = problem.project(task.warm_start)
+        return
     start_on_lattice = None if problem.size <= DIRECT_SIZE else _lattice_start(problem, task)
     if start_on_lattice is None:
         solver.start(task.progress.update)

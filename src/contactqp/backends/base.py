@@ -101,7 +101,7 @@ class Task:
     time_limit : float or None
         Seconds from now.
     warm_start : array or None
-        A dimensionless gap to start from.
+        A dimensionless gap to start from, with no more energy than zero has.
     bound : callable
         ``bound(gap)`` returns the judge's bound of a dimensionless gap's error, relative to the gap scale; where
         nothing is proven of the matrix it is an estimate, by residual and condition, that says how far to go on.
@@ -283,11 +283,18 @@ class Backend(ABC):
 
     def solve(self, problem: ContactQP, task: Task, *_: Any, **options: Any) -> Answer:
         """Solve the dimensionless ``problem``: l ≤ ω ≤ u, with zero always among the admissible gaps."""
-        return self.prepare(problem, task, **options).solve(problem.q, task)
+        return self.state_of(problem, task, options).solve(problem.q, task)
 
     def prepare(self, problem: ContactQP, task: Task, *_: Any, **options: Any) -> State:
         """Return a state that solves the problem again and again; by default one that keeps nothing."""
         return _OneShot(self, problem, options)
+
+    def state_of(self, problem: ContactQP, task: Task, options: Mapping[str, Any]) -> State:
+        """Return what `prepare` does, which must be a `State`."""
+        state: Any = self.prepare(problem, task, **options)
+        if not isinstance(state, State):
+            raise TypeError(f"prepare of backend {self.name!r} must return a State, got {state!r}")
+        return state
 
     def options(self) -> dict[str, Any]:
         """Return the backend's own options and their defaults.

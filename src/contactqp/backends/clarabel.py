@@ -92,14 +92,20 @@ class _Prepared(State):
             self._rows, self._solvers = _Rows(problem, task.tol), {}
         # After Ctrl-C the library may still be at work in them.
         solvers, self._solvers, abandoned = self._solvers, {}, Event()
+        statuses = dict[float, str]()
 
         def call(setting: tuple[float, float], left: int) -> Round:
             started, (weight, eps) = working_seconds(), setting
             iterations = left if task.own_defaults else min(left, _ROUND_ITER)
+            kept = weight in solvers and weight not in statuses
             solver = self._solver(solvers, weight, problem, self._all_settings(task, eps, iterations))
             solver.set_termination_callback(lambda info: abandoned.is_set())
             setup_seconds, result = working_seconds() - started, solver.solve()
-            status = str(result.status)
+            statuses[weight] = status = str(result.status)
+            if kept and status not in _STOPS and not abandoned.is_set():
+                # The scaling of its data was made for other forces.
+                del solvers[weight], statuses[weight]
+                return call(setting, left)
             stop = _STOPS.get(status, Stop.FAILED)
             return Round(
                 gap=self._rows.gap(problem, np.array(result.x), np.array(result.z)),
@@ -117,7 +123,7 @@ class _Prepared(State):
             note = f"Clarabel as shipped: tolerance {first:g} of the duality gap, at most {budget} iterations"
         seconds, self._setup_seconds = self._setup_seconds, 0.0
         answer = tightened(task, call, schedule, budget, abandoned=abandoned, setup_seconds=seconds, note=note)
-        self._solvers = solvers
+        self._solvers = {weight: kept for weight, kept in solvers.items() if statuses.get(weight) in _SOUND}
         return answer
 
     def _first(self, task: Task) -> float:
@@ -202,6 +208,9 @@ def _close(problem: ContactQP, tol: float) -> Mask:
     scale = float(np.abs(problem.q / problem.stiffness.diagonal()).max())
     return problem.upper - problem.lower <= _CLOSE * tol * scale
 
+
+_SOUND = "Solved", "AlmostSolved", None
+"""What the last solve may have ended with, if it took part, for a solver to be used again."""
 
 # Without enough progress for its own test Clarabel may still have an answer that satisfies the judge.
 _STOPS = {

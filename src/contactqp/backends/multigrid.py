@@ -48,8 +48,7 @@ class Multigrid(Backend):
         Parameters
         ----------
         problem, task
-            See `Backend.solve`. Without a warm start, or from one whose energy is above that of ω = 0, it works its
-            way up from the coarsest lattice.
+            See `Backend.solve`. Without a warm start it works its way up from the coarsest lattice.
         threads : int, optional
             By default as many as cores.
         history : bool
@@ -117,7 +116,7 @@ class _Prepared(State):
         """Return the iteration at its start.
 
         After its own last answer it goes on from a prediction, or from what the coarser lattices' solutions change by;
-        from another warm start, unless ω = 0 has less energy. Else it starts from the coarser lattices.
+        from another warm start. Else it starts from the coarser lattices.
         """
         from ..methods.multigrid.contact import ContactMultigrid
         from ..methods.multigrid.nested import Nest
@@ -136,10 +135,7 @@ class _Prepared(State):
         elif task.warm_start is not None:
             solver = ContactMultigrid(self._arms, layout.grid(q), team, limits)
             solver.omega[...] = layout.grid(problem.project(task.warm_start))
-            with np.errstate(over="ignore", invalid="ignore"):
-                if solver.energy() <= 0:
-                    return solver
-            nest = None
+            return solver
         if task.warm_start is None or nest is None:
             nest = Nest(self._arms, team)
             nest.begin(

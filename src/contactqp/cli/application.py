@@ -65,7 +65,8 @@ class bad_input:  # noqa: N801
         if isinstance(error, MemoryError):
             error = MemoryError(f"not enough memory: {error}")
         if isinstance(error, (ValueError, TypeError, ImportError, OSError, ArithmeticError, MemoryError)):
-            typer.echo(f"contactqp: {' '.join(str(error).split())}", err=True)
+            notes = "".join(f" ({note})" for note in getattr(error, "__notes__", ()))
+            typer.echo(f"contactqp: {' '.join(f'{error}{notes}'.split())}", err=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
 
 

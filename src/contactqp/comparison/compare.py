@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
 from ..backends import choose_backend, get_backend, usual_backends
 from ..backends.base import Backend
+from ..backends.contract import check_backend
 from ..errors import UnknownBackendError
 from ..foundation.checks import integer_at_least
 from ..models.base import ContactModel, split
@@ -80,7 +81,7 @@ def compare(
     _, algebra = split(problem)
     names, left_out = usual_backends(algebra) if backends is None else (backends, {})
     asked = _by_name(names)
-    given = dict(options or {})
+    given = _checked_options(options)
     stray = sorted(set(given) - set(asked))
     if stray:
         raise ValueError(f"options name {', '.join(map(repr, stray))}, which is not among the backends {list(asked)}")
@@ -108,6 +109,14 @@ def _by_name(backends: Sequence[str | Backend]) -> dict[str, str | Backend]:
     """Return what was asked for, by its names."""
     if isinstance(backends, (str, Backend)):
         raise TypeError(f"backends must be a sequence of names, got {backends!r} alone; write [{backends!r}]")
+    if not isinstance(backends, Iterable):
+        raise TypeError(f"backends must be a sequence of names, got {backends!r}")
+    backends = list(backends)
+    if not backends:
+        raise ValueError("backends must hold a name at least, got none; leave them out for all that suit")
+    for backend in backends:
+        if isinstance(backend, Backend):
+            check_backend(backend)
     names = [backend.name if isinstance(backend, Backend) else backend for backend in backends]
     for name in names:
         if not isinstance(name, str):
@@ -115,6 +124,16 @@ def _by_name(backends: Sequence[str | Backend]) -> dict[str, str | Backend]:
     if len(set(names)) != len(names):
         raise ValueError(f"backends must not repeat, got {names}")
     return dict(zip(names, backends, strict=True))
+
+
+def _checked_options(options: Mapping[str, Mapping[str, Any]] | None) -> dict[str, Mapping[str, Any]]:
+    example = "write options={'psor': {'relaxation': 1.5}}"
+    if not isinstance(options, Mapping | None):
+        raise TypeError(f"options must map a backend's name to its options, got {options!r}; {example}")
+    for name, own in (options or {}).items():
+        if not isinstance(own, Mapping):
+            raise TypeError(f"options[{name!r}] must map the backend's options to values, got {own!r}; {example}")
+    return dict(options or {})
 
 
 def _found(backend: str | Backend, problem: ContactQP) -> Backend | Refusal:

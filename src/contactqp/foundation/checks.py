@@ -73,12 +73,23 @@ def real_array(value: object, name: str, *, copied: bool = True) -> NDArray[np.f
     """Return ``value`` as a float array, a new one unless told otherwise; complex and non-numeric data are refused."""
     if np.ma.is_masked(value):
         raise ValueError(f"{name} has masked entries; fill them first")
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise ValueError(f"{name} must hold numbers in rows of one length, got {_shortened(value)}") from None
     if array.dtype.kind == "c":
         raise TypeError(f"{name} must be real, got complex values (dtype {array.dtype})")
     if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must hold real numbers, got dtype {array.dtype}")
+        raise TypeError(f"{name} must hold real numbers, got {_shortened(value)} (dtype {array.dtype})")
     return np.array(array, dtype=np.float64) if copied else np.asarray(array, dtype=np.float64)
+
+
+def _shortened(value: object) -> str:
+    text = " ".join(repr(value).split()) if not isinstance(value, np.ndarray) else f"an array of shape {value.shape}"
+    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+
+
+_LONGEST_VALUE = 60
 
 
 def vector(value: object, size: int, name: str, *, copied: bool = True) -> Vector:

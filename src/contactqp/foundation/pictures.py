@@ -37,7 +37,9 @@ class Wanted:
     units: UnitNames = ""
 
     def __post_init__(self) -> None:
-        """Refuse units of other quantities."""
+        """Refuse what are no axes, and units of other quantities."""
+        if self.ax is not None and not hasattr(self.ax, "get_figure"):
+            raise TypeError(f"ax must be axes of matplotlib, got {self.ax!r}; plot().savefig(path) writes a file")
         if isinstance(self.units, str):
             return
         for name in self.units:

@@ -229,7 +229,15 @@ def of_x_and_y(field: Any) -> Any:
 
 def evaluated(function: Any, x: Vector, y: Vector, name: str) -> NDArray[np.float64]:
     """Return what a function of (x, y) returns for points: a vector of their values, or a number."""
-    values = real_array(_values_of(function, x, y), f"{name}(x, y)")
+    try:
+        returned = _values_of(function, x, y)
+    except Exception as error:
+        wanted = _why_not_of_two(function)
+        if isinstance(error, TypeError) and wanted:
+            raise TypeError(f"{name} must be a function of x and y, but {wanted}; write lambda x, y: ...") from error
+        error.add_note(f"raised by the function that was given as {name}, called with x and y of {x.size} points")
+        raise
+    values = real_array(returned, f"{name}(x, y)")
     if values.shape not in ((), x.shape):
         raise ValueError(
             f"{name}(x, y) must return a number or shape {x.shape} for the {x.size} points, got {values.shape}"
@@ -248,6 +256,21 @@ def _values_of(function: Any, x: Vector, y: Vector) -> Any:
         except (TypeError, ValueError, ArithmeticError):
             pass
         raise
+
+
+def _why_not_of_two(function: Any) -> str:
+    """Return why a function cannot be called with x and y, empty where it can or tells nothing of its arguments."""
+    import inspect
+
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):
+        return ""
+    try:
+        signature.bind(0.0, 0.0)
+    except TypeError as error:
+        return f"{getattr(function, '__name__', 'it')}{signature} cannot be called so: {error}"
+    return ""
 
 
 def is_function(field: Any) -> bool:

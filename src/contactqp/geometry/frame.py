@@ -136,9 +136,12 @@ class Frame:
 
         rings = [[_point(corner, f"corners[{i}]") for i, corner in enumerate(corners)]]
         rings += [[_point(corner, f"holes[{k}][{i}]") for i, corner in enumerate(hole)] for k, hole in enumerate(holes)]
-        for ring in rings:
+        for ring, argument in zip(rings, ["corners", *(f"holes[{k}]" for k in range(len(holes)))], strict=True):
             if len(ring) < 3:
                 raise ValueError(f"a polygon needs at least 3 corners, got {len(ring)}: {ring}")
+            if _on_one_line(ring):
+                ends = f"from {min(ring)} to {max(ring)}"
+                raise ValueError(f"{argument} must enclose an area, but all {len(ring)} lie on one line, {ends}")
         name = f"polygon({len(rings[0])} corners" + (f", {len(holes)} holes)" if holes else ")")
         width, height = (max(places) - min(places) for places in zip(*rings[0], strict=True))
         _refuse_extremes(width, height, name)
@@ -368,3 +371,15 @@ def _refuse_extremes(width: float, height: float, name: str) -> None:
 def _refuse_empty(geometry: BaseGeometry, expression: str) -> None:
     if geometry.is_empty or geometry.area == 0:
         raise ValueError(f"{expression} encloses no area")
+
+
+def _on_one_line(ring: Sequence[Point]) -> bool:
+    """Whether all corners lie on one line, to rounding."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        places = np.asarray(ring) - ring[0]
+    size = np.abs(places).max()
+    if not 0 < size < np.inf:
+        return bool(size == 0)
+    places /= size
+    farthest = places[np.hypot(*places.T).argmax()]
+    return bool(np.abs(places @ np.array([-farthest[1], farthest[0]])).max() <= 1e-12)

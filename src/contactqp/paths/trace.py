@@ -132,12 +132,21 @@ def _chosen(given: dict[str, Iterable[float] | None]) -> tuple[str, Vector]:
         got = ", ".join(f"{name}s" for name in named) or "none of them"
         raise ValueError(f"give exactly one of loads, tensions and lifts, got {got}")
     ((parameter, chosen),) = named.items()
-    values = real_array(list(chosen) if not isinstance(chosen, np.ndarray) else chosen, f"{parameter}s")
+    wanted = f"{parameter}s must be a sequence of numbers, as [1.0, 2.0]"
+    if not isinstance(chosen, (Iterable, np.ndarray)) or np.ndim(chosen := _listed(chosen)) == 0:
+        raise TypeError(f"{wanted}, got {chosen!r}")
+    values = real_array(chosen, f"{parameter}s")
     if values.ndim != 1 or not values.size:
-        raise ValueError(f"{parameter}s must be a sequence of numbers, got shape {values.shape}")
+        raise ValueError(f"{wanted}, got {'none' if not values.size else f'shape {values.shape}'}")
     refuse_non_finite(values, f"{parameter}s")
     if parameter == "tension" and not (values > 0).all():
         raise ValueError(f"tensions must be > 0, got {values.min():g}")
-    if np.unique(values).size != values.size:
-        raise ValueError(f"{parameter}s must not repeat a value")
+    distinct, counts = np.unique(values, return_counts=True)
+    if distinct.size != values.size:
+        repeated = distinct[counts > 1]
+        raise ValueError(f"{parameter}s must not repeat a value, but {repeated[0]:g} is there {counts.max()} times")
     return parameter, values
+
+
+def _listed(values: Iterable[float] | Vector) -> Any:
+    return values if isinstance(values, (np.ndarray, str)) else list(values)

@@ -103,6 +103,13 @@ class Bounds:
             return 0.0
         return read_only(self.project(np.zeros(self.size)))
 
+    @property
+    def least_magnitude(self) -> float:
+        """The least modulus of the finite bounds other than zero (length); 0 where there is none."""
+        sizes = np.abs(np.concatenate([_distinct(self.lower), _distinct(self.upper)]))
+        sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
+        return float(sizes.min()) if sizes.size else 0.0
+
     def project(self, gap: Vector) -> Vector:
         """Return the admissible vector nearest to a gap, node by node, shape (n,)."""
         above = np.maximum(gap, self.lower)

@@ -75,7 +75,8 @@ class ContactQP:
     gap_scale : float, optional
         Length by which tolerances are measured. By default the mean distance from the admissible gap nearest to zero
         that the forces which leave it would make, bounded by the `barrier` (see `Barrier.mean_deflection`): an
-        M-matrix's gap is at most G⁻¹ times them.
+        M-matrix's gap is at most G⁻¹ times them. Where no force is left over at all, it is the largest modulus of that
+        gap, or of the bounds other than zero the least one; without any of these it is 1.
 
     Raises
     ------
@@ -197,6 +198,11 @@ class ContactQP:
         forces = read_only(vector(q, self.size, "q"))
         reference = self.reference if reference is None else reference
         return ContactQP._of(self.facts, forces, self.bounds, gap_scale, reference, self.frame_reference)
+
+    @property
+    def own_gap_scale(self) -> float | None:
+        """The gap scale that the problem was made with (length); None where it is found from the data."""
+        return None if callable(self._own_gap_scale) else self._own_gap_scale
 
     def share_facts(self, other: ContactQP) -> bool:
         """Take over what is proven of another problem's matrix, where it equals this one's to the bit.
@@ -358,7 +364,9 @@ class ContactQP:
                 raise ValueError("the ranges of G and q are too wide for double precision: the gap scale overflows")
             if scale > 0:
                 return scale
-        return 1.0
+        # The solution is the admissible gap nearest to zero. A bound far away may stand for none, the nearest one not.
+        sizes = np.abs(self.bounds.nearest_zero).max(), self.bounds.least_magnitude
+        return next((float(size) for size in sizes if size > 0), 1.0)
 
     @property
     def _forces_at_origin(self) -> Vector:
@@ -409,7 +417,8 @@ class ContactQP:
         else:
             reference = times(self.reference, 1 / units.length)
         frame = None if self.frame_reference is None else self.frame_reference / units.length
-        bounds = self.bounds.scaled(origin, units.length)
+        with np.errstate(over="ignore"):
+            bounds = self.bounds.scaled(origin, units.length)
         return ContactQP._of(self.facts.scaled, q, bounds, 1.0, reference, frame), units
 
     def __repr__(self) -> str:

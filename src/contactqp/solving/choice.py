@@ -24,7 +24,13 @@ def chosen_backend(backend: str | Backend, problem: ContactQP, options: Mapping[
     """
     name, note = choose_backend(problem) if backend == "auto" else (backend, "")
     method = get_backend(name)
-    method.check_options(options)
+    try:
+        method.check_options(options)
+    except TypeError as error:
+        if backend != "auto":
+            raise
+        why = note.removeprefix("auto: ")
+        raise TypeError(f"{error} (backend='auto' chose it, {why}; name the one you mean)") from None
     method.require()
     check_suitable(method, problem)
     return method, note

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..backends.base import Answer, Backend, State, Stop
+from ..backends.contract import checked_answer
 from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, one_of, read_only
@@ -33,6 +34,7 @@ from ..proof.residuals import Residuals
 from ..proof.status import Status
 from .choice import chosen_backend
 from .request import Request
+from .starts import useful_start
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -130,6 +132,8 @@ class _Questions:
 
     def bound(self, dimensionless: Vector) -> float:
         """Return the judge's bound of a dimensionless gap's error, or its estimate, relative to the gap scale."""
+        if np.shape(dimensionless) != (self._problem.size,):
+            raise ValueError(f"bound(gap) needs shape ({self._problem.size},), got {np.shape(dimensionless)}")
         gap = self._units.gap(dimensionless)
         if not np.isfinite(gap).all():
             return np.inf
@@ -181,15 +185,16 @@ def _asked(
         nonlocal questions
         scaled, units = problem.scaled()
         questions = _Questions(problem, units)
+        start = None if warm_start is None else useful_start(warm_start, scaled, units)
         task = request.task(
             problem,
             units,
             questions.bound,
-            warm_start=None if warm_start is None else units.dimensionless(warm_start),
+            warm_start=start,
             progress=progress,
             keeps=state is not None,
-            resumes=resumes,
-            predicted=predicted,
+            resumes=resumes and start is not None,
+            predicted=predicted and start is not None,
             started=deadline.started,
         )
         try:
@@ -197,6 +202,7 @@ def _asked(
                 answer = backend.solve(scaled, task, **request.options)
             else:
                 answer = state().solve(scaled.q, task, scaled)
+            answer = checked_answer(backend, answer, problem.size)
         except Exception as error:
             error.add_note(f"raised by backend {backend.name!r} on {problem!r}")
             raise
@@ -256,7 +262,7 @@ class Solution:
         subject : Membrane, Cable, CableNet or ContactQP
         request : Request
         warm_start : array, shape (n,), optional
-            A gap to start from (length).
+            A gap to start from (length); see `contactqp.solving.starts.useful_start`.
         note : str
             Why the backend was chosen.
         state : callable, optional
@@ -435,6 +441,7 @@ class Solution:
 
     def report(self, on_failure: OnFailure, stacklevel: int = 3) -> None:
         """Warn, or raise a NotCertifiedError, if the answer is not as good as was asked for; see `solve`."""
+        one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
         if self.status.ok or on_failure == "ignore":
             return
         bound, residual = self.verdict.relative_bound, self.relative_residual

@@ -7,13 +7,14 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..backends.base import Backend
-from ..foundation.checks import Vector, one_of, vector
+from ..foundation.checks import one_of
 from ..foundation.deadline import Deadline
 from ..models.base import ContactModel, split
 from ..problem.contact_qp import ContactQP
 from .choice import chosen_backend
 from .request import Request
 from .solution import OnFailure, Solution
+from .starts import started_from
 
 
 def solve(
@@ -49,8 +50,8 @@ def solve(
         Limit in seconds, > 0, with set-up and judging. It is kept to within a second, or 5 % of it where that is more:
         a call into a library that cannot be stopped is left behind, and runs on in the background.
     warm_start : array or Solution, optional
-        A gap to start from, shape (n,), length. Clarabel and Mangasarian's linear program cannot use one; multigrid and
-        active sets drop one whose energy is above that of ω = 0.
+        A gap to start from, shape (n,), length. Clarabel and Mangasarian's linear program cannot use one. One whose
+        energy is above that of a cold start, the admissible gap nearest to zero, is dropped.
     on_failure : {"warn", "raise", "ignore"}
         What to do when the answer is not certified: issue a `ContactWarning`, raise a `NotCertifiedError` or
         leave it to the reader of ``solution.status``.
@@ -90,10 +91,3 @@ def solve(
     solution = Solution.by(method, problem, request, warm_start=start, note=note, deadline=deadline)
     solution.report(on_failure)
     return solution
-
-
-def started_from(value: ArrayLike | Solution | None, problem: ContactQP) -> Vector | None:
-    """Return the gap that a warm start stands for, checked; None for a cold start."""
-    if value is None:
-        return None
-    return vector(value.gap if isinstance(value, Solution) else value, problem.size, "warm_start")

@@ -19,7 +19,7 @@ from .choice import chosen_backend
 from .prediction import Trail
 from .request import Request
 from .solution import OnFailure, Solution
-from .solve import started_from
+from .starts import started_from
 
 _Mark: TypeAlias = tuple[MatrixFacts, NDArray[np.uint8] | None]
 """What a state is prepared for: the facts of a matrix, and the kinds of bounds."""
@@ -112,7 +112,7 @@ class Solver:
         lift : float, optional
             Height (length) by which the support is lifted.
         q : array, shape (n,), optional
-            Other forces of a bare `ContactQP` (force).
+            Other forces of a bare `ContactQP` (force). A gap scale that it was made with stays.
         warm_start : bool, array or Solution
             Whether to start from the session's last answers, which is the default; or a gap to start from, shape (n,).
         on_failure : {"warn", "raise", "ignore"}
@@ -143,12 +143,18 @@ class Solver:
         Parameters
         ----------
         subject : Membrane, Cable, CableNet or ContactQP
-            Of the same size. Where it shares matrix and kinds of bounds with what was solved before, the backend goes
-            on with what it has set up.
+            Of the same unknowns. Where it shares matrix and kinds of bounds with what was solved before, the backend
+            goes on with what it has set up.
         warm_start : bool, array or Solution
             See `solve`.
+
+        Raises
+        ------
+        ValueError
+            If it has other unknowns than the session's subject: another number of them, or nodes at other places.
         """
         _, problem = split(subject)
+        _refuse_other_unknowns(subject, self.subject)
         deadline = Deadline(self._request.time_limit)
         mark = problem.facts.scaled, problem.bounds.kinds
         if not _same(mark, self._prepared_for):
@@ -182,7 +188,7 @@ class Solver:
         if self._state is None:
             scaled, units = problem.scaled()
             task = self._request.task(problem, units, lambda gap: np.inf, keeps=True, started=deadline.started)
-            self._state = self.backend.prepare(scaled, task, **self._request.options)
+            self._state = self.backend.state_of(scaled, task, self._request.options)
         return self._state
 
     def _start(self, value: bool | ArrayLike | Solution, problem: ContactQP) -> tuple[Vector | None, bool]:
@@ -202,7 +208,9 @@ class Solver:
         if isinstance(self.subject, ContactQP):
             if named:
                 raise TypeError(f"{named[0]} goes with a model; {self.subject!r} takes other forces by q=")
-            return self.subject if q is None else self.subject.with_forces(q)
+            if q is None:
+                return self.subject
+            return self.subject.with_forces(q, gap_scale=self.subject.own_gap_scale)
         if q is not None:
             raise TypeError(f"q goes with a bare ContactQP; {self.subject!r} takes load=, support=, tension= or lift=")
         model: Any = self.subject
@@ -219,6 +227,27 @@ class Solver:
 
     def __repr__(self) -> str:
         return f"Solver({self.subject!r}, {self.backend.name}, tol {self._request.tolerance})"
+
+
+def _refuse_other_unknowns(subject: ContactModel | ContactQP, own: ContactModel | ContactQP) -> None:
+    (model, problem), (own_model, own_problem) = split(subject), split(own)
+    if problem.facts is own_problem.facts:
+        return
+    if problem.size == own_problem.size:
+        if problem.stencil is not None and own_problem.stencil is not None:
+            alike = np.array_equal(problem.stencil.mask, own_problem.stencil.mask)
+        elif model is not None and own_model is not None:
+            places = (model.node_x, own_model.node_x), (model.node_y, own_model.node_y)
+            alike = all(map(np.array_equal, *zip(*places, strict=True)))
+        else:
+            alike = True
+        if alike or problem.stiffness.equals(own_problem.stiffness):
+            return
+    elsewhere = ", at other places" if problem.size == own_problem.size else ""
+    raise ValueError(
+        f"subject must have the unknowns that the session was made for, {own_problem.size} of {own!r}, but has "
+        f"{problem.size}{elsewhere}: {subject!r}; make a Solver for it"
+    )
 
 
 def _same(mark: _Mark, other: _Mark | None) -> bool:
