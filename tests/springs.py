@@ -32,9 +32,6 @@ class Springs(ContactModel):
     def node_y(self):
         return self.places[:, 1]
 
-    def at_nodes(self, field, name, *, allow_inf=False):
-        return np.array(np.broadcast_to(field, (len(self.places),)), dtype=float)
-
     def describe(self, node):
         return f"spring {node}"
 
@@ -44,22 +41,11 @@ class Springs(ContactModel):
     def free_boundary(self, contact):
         return np.zeros((0, 2))
 
-    @property
-    def units(self):
-        length, force = dict.fromkeys(("gap", "deflection", "support"), "length"), ("reaction", "load")
-        return {**length, **dict.fromkeys(force, "force"), "contact_pressure": "force per area"}
-
-    def _stiffness(self):
+    def assemble_stiffness(self):
         return sparse.csr_array(sparse.diags_array(self.stiffness))
 
-    def _pull(self, heights):
-        return self.stiffness * heights
-
-    def _frame_relief(self):
-        return 0.0
-
-    def __repr__(self):
-        return f"Springs({len(self.places)} nodes)"
+    def pull(self, depths):
+        return self.stiffness * depths
 
 
 def springs(count=40, seed=0, **changes):

@@ -35,6 +35,17 @@ def count(value: int | None) -> str:
     return "-" if value is None else str(value)
 
 
+def counted(value: int, noun: str) -> str:
+    """Return a count with what is counted.
+
+    Examples
+    --------
+    >>> counted(1, "node"), counted(2, "node")
+    ('1 node', '2 nodes')
+    """
+    return f"{value} {noun}{'' if value == 1 else 's'}"
+
+
 def at_upper_bound(nodes: int | None) -> str:
     """Return how many of some nodes in contact the upper bound holds, ``""`` if there is no upper bound."""
     return "" if nodes is None else f" ({nodes} of them at the upper bound)"

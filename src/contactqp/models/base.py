@@ -17,8 +17,8 @@ from ..foundation.cards import card
 from ..foundation.checks import Mask, Vector, read_only, repeated, times, vector
 from ..foundation.outside import stacklevel_outside
 from ..foundation.pictures import UnitNames, Wanted, drawn, drawn_in_space
-from ..foundation.text import span_of
-from ..geometry.fields import is_dataarray
+from ..foundation.text import counted, span_of
+from ..geometry.fields import is_dataarray, sample_points
 from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
 from ..problem.contact_qp import ContactQP
@@ -79,10 +79,44 @@ class Coordinate(NamedTuple):
 
 
 class ContactModel(ABC):
-    """Nodes that tensioned arms join to each other and to a frame, over a rigid support.
+    r"""Nodes that tensioned arms join to each other and to a frame, over a rigid support.
 
-    Base of all models. One knows its nodes, loads and support, and the force with which its arms resist a shape;
-    everything else follows.
+    Base of all models. A subclass says where its nodes are, what loads them, what lies below them, and with which force
+    its arms resist a shape; everything else follows. With n nodes,
+
+    .. math:: q = P - \mathrm{pull}(f), \qquad R = G \omega + q, \qquad w = f - \omega.
+
+    **A subclass must set**, in its ``__init__``, the attributes `load` and `support`, by ``self.at_nodes(load, "load")``
+    and ``self.support_at_nodes(support)``, which take numbers, arrays and functions and check them; if it has heights
+    that are positive upwards, `upwards` before that; at the end it calls ``self._warn()``, so that data which are
+    probably not what was meant are told of. It must not change afterwards: what is derived from it is kept.
+
+    **It must define**
+
+    * `node_x`, `node_y`: places in plan, shape (n,), length;
+    * `pull(depths)`: the force with which the arms pull each node upwards at given depths, shape (n,), force; it is
+      ``G @ depths`` less what a frame at another height than zero takes over, formed from differences of depths;
+    * `assemble_stiffness()`: G, shape (n, n), force per length: a sparse or dense symmetric positive definite matrix,
+      or a `Stiffness`;
+    * `max_slope(gap)` and `free_boundary(contact)`: the largest slope of an arm (no unit), for a caution, and middles
+      of arms, shape (k, 2), length, for distances of contact sets.
+
+    **It may set or override**, where the default does not say the truth
+
+    * `node_area`: the area that each node stands for, shape (n,), or None. With it, `load` is a force per area;
+      without it a force, and there is no ``contact_pressure``;
+    * `nodal_load`: P, force, by default `load` times `node_area`;
+    * `units`: in words, by the names gap, deflection, support, reaction, load and, with a `node_area`,
+      contact_pressure;
+    * `parameters`: numbers that hold for the whole model, by name, for its ``repr``, its card and its datasets;
+    * `at_nodes` and `describe`: what fields may be given as, and what messages call a node;
+    * `extent`, `coordinates` and `laid_out`: the size of its pictures, and its axes in a dataset;
+    * ``_datum`` and `_frame_relief()`, where the frame is not at height zero: its mean depth, and how far it leaves
+      that at most, length;
+    * `_take_tension(tension)`, so that `trace` can vary its tension; `_reach()`, so that a support which is out of
+      reach counts as none; `_steps_of_support()`, so that a wrong sign is suspected.
+
+    Names with an underscore are for subclasses alone; nothing else calls them. CONTRIBUTING.md has a whole example.
 
     Attributes
     ----------
@@ -93,7 +127,7 @@ class ContactModel(ABC):
         is none.
     upwards : bool
         Whether heights are positive upwards, those that go in (support, frame) and those that come out (deflection);
-        a load is positive downwards and a lift upwards in either case.
+        a load is positive downwards and a lift upwards in either case. What `pull` gets is a depth in either case.
     node_area : array, shape (n,), or None
         Area (cable: length) that each node stands for; None if nodes stand for none.
     """
@@ -111,36 +145,66 @@ class ContactModel(ABC):
 
     @property
     @abstractmethod
-    def nodal_load(self) -> Vector:
-        """Active force P on each node (force), shape (n,)."""
-
-    @property
-    @abstractmethod
     def node_x(self) -> Vector:
         """Abscissa of each node, shape (n,), length."""
 
     @property
     @abstractmethod
     def node_y(self) -> Vector:
-        """Ordinate of each node in plan, shape (n,), length."""
+        """Ordinate of each node in plan, shape (n,), length; zeros for nodes along x."""
 
     @abstractmethod
+    def pull(self, depths: Vector) -> Vector:
+        """Return the force with which the arms pull each node upwards (force), shape (n,), the frame being as it is.
+
+        It must be formed from differences of depths, so that a common depth costs no digits.
+
+        Parameters
+        ----------
+        depths : array, shape (n,)
+            Of the nodes (length), positive downwards whatever ``upwards`` is, finite.
+        """
+
+    @abstractmethod
+    def assemble_stiffness(self) -> Any:
+        """Return the stiffness G (force per length) as a `ContactQP` takes it: by what `pull` grows with the depths."""
+
+    @abstractmethod
+    def max_slope(self, gap: Vector) -> float:
+        """Return the largest difference quotient of the deflection along any arm (no unit)."""
+
+    @abstractmethod
+    def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
+        """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
+
+    @property
+    def nodal_load(self) -> Vector:
+        """Active force P on each node (force), positive downwards, shape (n,): the load times `node_area`, if any."""
+        return self.load if self.node_area is None else times(self.load, self.node_area)
+
     def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
         """Return the values at the nodes of a field that is given as when the model was made, shape (n,), read-only.
 
         Parameters
         ----------
-        field : number, array, xarray.DataArray or function of (x, y)
+        field : number, array or function of (x, y)
+            An array has an entry for each node; on a lattice it may also have the lattice's shape, or be an
+            xarray.DataArray.
         name : str
             The argument's name, for messages.
         allow_inf : bool
-            Whether +inf is a value (a support that is not there).
+            Whether an infinite value stands for a support that is not there.
 
         Raises
         ------
         TypeError, ValueError
             If the values have the wrong kind or shape or are not finite.
         """
+        places = np.column_stack([self.node_x, self.node_y])
+        absent = -np.inf if self.upwards else np.inf
+        chosen = np.arange(len(places))
+        values = sample_points(places, chosen, field, name, self.describe, allow_inf=allow_inf, absent=absent)
+        return read_only(np.array(values))
 
     def support_at_nodes(self, support: Any) -> Vector:
         """Return the heights of a support at the nodes, given as when the model was made, shape (n,), read-only.
@@ -158,22 +222,18 @@ class ContactModel(ABC):
         """Return a height as it was given, a profile's with the sign that this model's heights have."""
         return elevations_of(height) if self.upwards else height
 
-    @abstractmethod
     def describe(self, node: int) -> str:
-        """Name a node by its number and coordinates, for messages."""
-
-    @abstractmethod
-    def max_slope(self, gap: Vector) -> float:
-        """Return the largest difference quotient of the deflection along any arm (no unit)."""
-
-    @abstractmethod
-    def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
-        """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
+        """Name a node by its number and coordinates, for messages: ``node 3 (x=0.5, y=1)``."""
+        return f"node {node} (x={self.node_x[node]:g}, y={self.node_y[node]:g})"
 
     @property
-    @abstractmethod
     def units(self) -> dict[str, str]:
-        """UnitNames of the model's quantities in words, by name."""
+        """Units of the model's quantities in words, by name."""
+        lengths = dict.fromkeys(("gap", "deflection", "support"), "length")
+        if self.node_area is None:
+            return {**lengths, "reaction": "force", "load": "force"}
+        pressures = dict.fromkeys(("load", "contact_pressure"), "force per area")
+        return {**lengths, "reaction": "force", **pressures}
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -207,26 +267,15 @@ class ContactModel(ABC):
         matrix = self.problem.G
         return matrix.data, matrix.indices, matrix.indptr
 
-    @abstractmethod
-    def _stiffness(self) -> Any:
-        """Return G, as a `ContactQP` takes it."""
-
-    @abstractmethod
-    def _pull(self, heights: Vector) -> Vector:
-        """Return the force with which the arms resist ordinates of the nodes, the frame being where it is.
-
-        It must be formed from differences of heights, so that a common height costs no digits.
-        """
-
     def _take_tension(self, tension: float) -> None:
         """Change a copy of the model to another tension, > 0, before anything is derived from it."""
         raise TypeError(
             f"a tension can be given to a Membrane or a Cable only, not to {self!r}; make another model of its kind"
         )
 
-    @abstractmethod
     def _frame_relief(self) -> float:
         """Return how far the frame leaves its mean height at most (length)."""
+        return 0.0
 
     def _reach(self) -> float:
         """Return a proven bound of how far the load alone presses any node below the frame's lowest point (length)."""
@@ -316,8 +365,7 @@ class ContactModel(ABC):
             return ()
         nearest = float(np.abs(self.support[self.unreachable]).min())
         return (
-            f"the support at {count} node{'' if count == 1 else 's'}, {nearest:g} deep or deeper, is out of reach and "
-            "counts as none",
+            f"the support at {counted(count, 'node')}, {nearest:g} deep or deeper, is out of reach and counts as none",
         )
 
     @property
@@ -338,7 +386,7 @@ class ContactModel(ABC):
         if self._relative is not None:
             return self._relative.with_forces(q, gap_scale=self._gap_scale, reference=reference)
         return ContactQP(
-            self._stiffness(),
+            self.assemble_stiffness(),
             q,
             lower=0.0 if self.supported.all() else np.where(self.supported, 0.0, -np.inf),
             gap_scale=self._gap_scale,
@@ -349,7 +397,7 @@ class ContactModel(ABC):
     @cached_property
     def _pull_of_support(self) -> Vector:
         """Force with which the arms resist the shape of the reference (force), shape (n,)."""
-        return self._pull(self.reference)
+        return self.pull(self.reference)
 
     def _gap_scale(self, barrier: Barrier | None) -> float | None:
         """Return the length by which tolerances are measured, or None if the model has no length of its own.
@@ -412,10 +460,16 @@ class ContactModel(ABC):
         figure: Figure = drawn_in_space(self, Wanted(ax, None, title, units))
         return figure
 
-    @property
-    def _ranges(self) -> str:
-        """Ranges of load and support over the nodes, for a line of text."""
-        return f"load={span_of(self.load)}, support={span_of(self.support)}"
+    def __repr__(self) -> str:
+        parameters = [f"{name}={value:g}" for name, value in self.parameters.items()]
+        return self._line_of_text(counted(self.size, "node"), *parameters)
+
+    def _line_of_text(self, *facts: str) -> str:
+        """Return the class with some facts, and what is to be said of any model: load, support and its absence."""
+        unsupported = int(np.count_nonzero(~self.supported))
+        facts = (*facts, f"load={span_of(self.load)}", f"support={span_of(self.support)}")
+        more = [f"{unsupported} unsupported"] * bool(unsupported) + ["heights upwards"] * self.upwards
+        return f"{type(self).__name__}({', '.join([*facts, *more])})"
 
     def _repr_html_(self) -> str:
         units = self.units
@@ -428,7 +482,7 @@ class ContactModel(ABC):
             **parameters,
             "load": f"{span_of(self.load)} ({units['load']}, positive downwards)",
             "support": support if unsupported < self.size else "none",
-            "unsupported": f"{unsupported} nodes" if unsupported else "",
+            "unsupported": counted(unsupported, "node") if unsupported else "",
         }
         return card(type(self).__name__, facts)
 
@@ -460,7 +514,7 @@ class ContactModel(ABC):
         return ForceBalance(
             load=float(self.nodal_load.sum()),
             reaction=float(self.problem.reaction(gap).sum()),
-            frame=float(self._pull(self._below(gap)).sum()),
+            frame=float(self.pull(self._below(gap)).sum()),
         )
 
 

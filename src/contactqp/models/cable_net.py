@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, boolean, positive_number, read_only, refuse_non_finite
 from ..foundation.loading import load_modules
+from ..foundation.text import counted
 from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
 from .base import ContactModel, Coordinate, elevations_of
@@ -255,7 +256,7 @@ class CableNet(ContactModel):
 
         net = CableNet(positions, segments, force_density=force_density, load=0.0, support=0.0, fixed=fixed)
         moved = np.array(net.positions)
-        moved[net.free] += spsolve(net._stiffness().tocsc(), net.plan_imbalance).reshape(-1, 2)
+        moved[net.free] += spsolve(net.assemble_stiffness().tocsc(), net.plan_imbalance).reshape(-1, 2)
         return moved
 
     @property
@@ -273,11 +274,6 @@ class CableNet(ContactModel):
             self.positions, self.free, field, name, self.describe, allow_inf=allow_inf, absent=absent
         )
         return read_only(np.array(values))
-
-    @property
-    def nodal_load(self) -> Vector:
-        """Active force P on each node (force), shape (n,)."""
-        return self.load
 
     @property
     def node_x(self) -> Vector:
@@ -320,11 +316,6 @@ class CableNet(ContactModel):
         return middles
 
     @property
-    def units(self) -> dict[str, str]:
-        """Units of the model's quantities in words, by name."""
-        return {"gap": "length", "deflection": "length", "support": "length", "reaction": "force", "load": "force"}
-
-    @property
     def extent(self) -> tuple[float, float]:
         """Width and height in plan of all points, fixed ones included (length)."""
         width, height = np.ptp(self.positions, axis=0)
@@ -341,7 +332,8 @@ class CableNet(ContactModel):
         """Segments with a node at one end or both."""
         return np.asarray((self._number[self.segments] >= 0).any(axis=1))
 
-    def _stiffness(self) -> csr_array:
+    def assemble_stiffness(self) -> csr_array:
+        """Return G: force densities summed on the diagonal, and minus those between nodes beside it."""
         load_modules("scipy.sparse")
         from scipy import sparse
 
@@ -360,8 +352,9 @@ class CableNet(ContactModel):
             shape=(self.size, self.size),
         ).tocsr()
 
-    def _pull(self, heights: Vector) -> Vector:
-        force = self.force_density * self._rises(heights)
+    def pull(self, depths: Vector) -> Vector:
+        """Return the force with which the segments pull each node upwards; see `ContactModel.pull`."""
+        force = self.force_density * self._rises(depths)
         return self._sum_at_nodes(np.column_stack([force, -force]).ravel())
 
     def _rises(self, heights: Vector) -> Vector:
@@ -443,13 +436,8 @@ class CableNet(ContactModel):
             )
 
     def __repr__(self) -> str:
-        unsupported = int(np.count_nonzero(~self.supported))
-        counted = [(self.size, "node"), (len(self.segments), "segment"), (self.fixed.size, "fixed point")]
-        parts = [f"{count} {noun}{'' if count == 1 else 's'}" for count, noun in counted]
-        parts.append(self._ranges)
-        parts += [f"{unsupported} unsupported"] if unsupported else []
-        parts += ["heights upwards"] if self.upwards else []
-        return f"{type(self).__name__}({', '.join(parts)})"
+        numbers = [(self.size, "node"), (len(self.segments), "segment"), (self.fixed.size, "fixed point")]
+        return self._line_of_text(*(counted(number, noun) for number, noun in numbers))
 
 
 def _pairs(one: Numbers, other: Numbers, nodes: int) -> Numbers:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebra.stencil import Stencil
-from ..foundation.checks import Mask, Vector, boolean, read_only, repeated, times
+from ..foundation.checks import Mask, Vector, boolean, read_only, repeated
+from ..foundation.text import counted
 from ..geometry.fields import Rows, checked_rows, frame_heights, sample
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
@@ -83,11 +84,6 @@ class LatticeModel(ContactModel):
         return (*([self.lattice.caution] if self.lattice.caution else []), *super().cautions)
 
     @property
-    def nodal_load(self) -> Vector:
-        """Active force P on each node (force), shape (n,)."""
-        return times(self.load, self.node_area)
-
-    @property
     def node_x(self) -> Vector:
         """Abscissa of each node, shape (n,), length."""
         return self.lattice.node_x
@@ -109,11 +105,13 @@ class LatticeModel(ContactModel):
         """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
         return self.lattice.free_boundary(contact)
 
-    def _stiffness(self) -> Stencil:
+    def assemble_stiffness(self) -> Stencil:
+        """Return the stencil."""
         return self.stencil
 
-    def _pull(self, heights: Vector) -> Vector:
-        return self.stencil.pull(self._padded(heights))
+    def pull(self, depths: Vector) -> Vector:
+        """Return the force with which the arms pull each node upwards; see `ContactModel.pull`."""
+        return self.stencil.pull(self._padded(depths))
 
     def _frame_relief(self) -> float:
         if self._heights is None:
@@ -212,21 +210,11 @@ class LatticeModel(ContactModel):
     @property
     def units(self) -> dict[str, str]:
         """Units of the model's quantities in words, by name."""
-        return {
-            "gap": "length",
-            "deflection": "length",
-            "support": "length",
-            "reaction": "force",
-            "load": self._load_unit,
-            "contact_pressure": self._pressure_unit,
-        }
+        return super().units | {"load": self._load_unit, "contact_pressure": self._pressure_unit}
 
     def __repr__(self) -> str:
-        unsupported = int(np.count_nonzero(~self.supported))
-        note = f", {unsupported} unsupported" if unsupported else ""
-        note += ", heights upwards" if self.upwards else ""
-        nodes = f"{self.lattice.size} nodes, spacing={self.lattice.spacing:g}"
-        return f"{type(self).__name__}({nodes}, tension={self.tension:g}, {self._ranges}{note})"
+        nodes = counted(self.lattice.size, "node")
+        return self._line_of_text(nodes, f"spacing={self.lattice.spacing:g}", f"tension={self.tension:g}")
 
 
 def _ends(points: Mask, axis: int) -> tuple[Mask, Mask]:
