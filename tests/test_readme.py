@@ -1,10 +1,9 @@
 """The README's code is run, its outputs compared, and its facts checked."""
 
-import contextlib
-import io
 import re
 from pathlib import Path
 
+from pages import run
 from strategies import BACKENDS
 
 import contactqp as cq
@@ -16,14 +15,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 def test_the_code_runs_and_prints_what_it_says(monkeypatch):
     monkeypatch.chdir(ROOT)
-    pairs = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", README, flags=re.DOTALL)
-    assert len(pairs) == README.count("```python") - 1 == 7  # the other one is run by the next test
-    namespace: dict[str, object] = {}
-    for code, expected in pairs:
-        printed = io.StringIO()
-        with contextlib.redirect_stdout(printed):
-            exec(code, namespace)
-        assert printed.getvalue() == expected
+    assert run(README, {}) == README.count("```python") - 1 == 7  # the other one is run by the next test
 
 
 def test_the_tests_that_it_shows_run_once_with_each_backend_and_fail_as_it_says(pytester, monkeypatch):

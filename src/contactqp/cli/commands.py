@@ -76,7 +76,7 @@ def solve(
     backend: Annotated[str, typer.Option(help="Name of the backend, see 'contactqp backends'.")] = "auto",
     tol: Tol = "1e-6",
     time_limit: TimeLimit = None,
-    out: Annotated[Path | None, typer.Option(help="Write all fields as NetCDF (.nc).", show_default=False)] = None,
+    out: Annotated[Path | None, typer.Option(help="Write all fields (.nc or .csv).", show_default=False)] = None,
     plot: Plot = None,
 ) -> None:
     """Solve CASE by one backend.
@@ -84,16 +84,17 @@ def solve(
     Exit code 0: certified; 1: not; 2: bad input; 130: interrupted.
     """
     with bad_input():
-        check_output("--out", out, (".nc",))
+        from ..io.writers import WRITERS, write_solution
+
+        check_output("--out", out, tuple(WRITERS))
         check_output("--plot", plot, PICTURES)
-        from ..io.netcdf import write_netcdf
         from ..solving.solve import solve as solve_problem
 
         model = _model_of(case)
         solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
         typer.echo(repr(solution))
         if out is not None:
-            write_netcdf(solution.to_dataset(), out)
+            write_solution(solution, model, out)
             typer.echo(f"fields: {out}")
         if plot is not None and solution.residuals is not None:
             solution.plot().savefig(plot, dpi=150)

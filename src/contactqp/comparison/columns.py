@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..foundation.text import count, number, seconds
 from ..problem.contact_qp import ContactQP
@@ -24,6 +24,8 @@ class Column:
         Which of `GROUPS` the column belongs to on the page, and its heading there; empty if it is not on the page.
     words : bool
         Whether it shows words, which are aligned to the left, and not a number.
+    between : str
+        Heading in the printed table where the problem has an upper bound, if it is another one there.
     upper_bound : bool
         Whether it is shown only where the problem has an upper bound.
     beyond : bool
@@ -38,6 +40,7 @@ class Column:
     group: str = ""
     heading: str = ""
     words: bool = False
+    between: str = ""
     upper_bound: bool = False
     beyond: bool = False
     rank: int = 0
@@ -71,11 +74,11 @@ COLUMNS = (
     Column(lambda row: number(row.relative_true_error), "true error", _ERROR, "true error / scale", rank=1),
     Column(lambda row: number(row.gap_bound), "", _ERROR, "bound"),
     Column(lambda row: _true_error(row), "", _ERROR, "true error"),
-    Column(lambda row: number(row.min_gap), "min gap", rank=5),
-    Column(lambda row: number(row.min_reaction), "min R", rank=6),
+    Column(lambda row: number(row.min_gap), "min gap", rank=5, between="min slack"),
+    Column(lambda row: number(row.min_reaction), "min R", rank=6, between="min push"),
     Column(lambda row: number(row.primal_residual), "", _OPTIMALITY, "primal residual"),
     Column(lambda row: number(row.dual_residual), "", _OPTIMALITY, "dual residual"),
-    Column(lambda row: number(row.complementarity), "gap·R", _OPTIMALITY, "duality gap", rank=4),
+    Column(lambda row: number(row.complementarity), "gap·R", _OPTIMALITY, "duality gap", rank=4, between="slack·R"),
     Column(lambda row: number(row.natural_residual), "", _OPTIMALITY, "natural residual"),
     Column(lambda row: number(row.objective, 8), "", _OPTIMALITY, "objective"),
     Column(lambda row: count(row.contact), "contact", _CONTACT, "in contact"),
@@ -92,7 +95,10 @@ The true error that the printed table shows is its upper bound, relative to the 
 
 def printed_columns(problem: ContactQP) -> list[Column]:
     """Return the columns of the printed table for the answers to a problem."""
-    return [column for column in _suitable(problem) if column.printed]
+    shown = [column for column in _suitable(problem) if column.printed]
+    if problem.one_sided:
+        return shown
+    return [replace(column, printed=column.between or column.printed) for column in shown]
 
 
 def columns_of(group: str, problem: ContactQP) -> list[Column]:

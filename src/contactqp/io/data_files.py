@@ -129,6 +129,11 @@ READERS: dict[str, Callable[[Path, Reading], NDArray[Any] | Raster]] = {
     ".tif": _tiff,
     ".bmp": _picture,
 }
-"""What reads a file's numbers, by its suffix: as a plain array, whose rows go up, or as a `Raster`."""
+"""What reads a file's numbers, by its suffix in small letters.
+
+Each takes the path and how the case wants it read, and returns a plain array of one or two dimensions, whose rows go
+up (the first is that of the smallest y), or a `Raster`, which tells rows, missing values and places itself. It may
+raise what it likes of a damaged file: the message names file and key.
+"""
 
 _OTHER_SUFFIXES = {".jpeg": ".jpg", ".tiff": ".tif"}

@@ -10,7 +10,7 @@ from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted, drawn
 from ..geometry.frame import Frame
 from ..geometry.lattice import Lattice
-from .style import BLUE, CLEAR, GROUND, INK, map_height, new_figure, tidy
+from .style import BLUE, CLEAR, GROUND, INK, map_height, new_figure, same_scales, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -82,6 +82,7 @@ def figure_of(axes: Axes) -> Figure:
 
 def finish(axes: Axes, wanted: Wanted, title: str) -> None:
     """Label a map's axes, with a title of its own unless another is wanted."""
-    axes.set(aspect="equal", xlabel=wanted.label("x"), ylabel=wanted.label("y"))
+    axes.set(xlabel=wanted.label("x"), ylabel=wanted.label("y"))
+    same_scales(axes)
     axes.set_title(title if wanted.title is None else wanted.title, fontsize="medium", pad=20)
     tidy(axes)

@@ -13,7 +13,7 @@ from ..foundation.pictures import PLAIN, Wanted
 from ..models.on_lattice import LatticeModel
 from .section import draw_section, section_axes
 from .states import colours_by_number, draw_legend_of_states
-from .style import CLEAR, CONTACT, INK, map_height, new_figure, tidy, two_halves
+from .style import CLEAR, CONTACT, INK, map_height, new_figure, same_scales, tidy, two_halves
 from .views import answer_figure, draw_answer, draw_states, draw_values, settling_figure
 
 if TYPE_CHECKING:
@@ -47,7 +47,8 @@ def _draw_states(model: LatticeModel, axes: Axes, state: NDArray[np.int64], cont
     _draw_free_boundary(axes, lattice.x, lattice.y, lattice.scatter(contact.astype(float)))
     draw_frame_outline(axes, model)
     draw_legend_of_states(axes, state, proven)
-    axes.set(aspect="equal", xlabel="x", ylabel="y", title="Contact map")
+    axes.set(xlabel="x", ylabel="y", title="Contact map")
+    same_scales(axes)
     tidy(axes)
 
 
@@ -89,7 +90,8 @@ def _settling_figure(model: LatticeModel, touchdown: Settling) -> Figure:
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
     known = f", known to {touchdown.width:.2g}" if touchdown.width else ""
-    axes.set(aspect="equal", xlabel="x", ylabel="y", title=f"Touchdown loads{known}")
+    axes.set(xlabel="x", ylabel="y", title=f"Touchdown loads{known}")
+    same_scales(axes)
     tidy(axes)
     return figure
 

@@ -13,7 +13,7 @@ from ..foundation.pictures import PLAIN, Wanted
 from ..models.cable_net import CableNet
 from ..models.records import NodeState
 from .states import STATE_COLOURS, draw_legend_of_states, seen
-from .style import BLUE, GROUND, INK, map_height, new_figure, tidy, two_halves
+from .style import BLUE, GROUND, INK, map_height, new_figure, same_scales, tidy, two_halves
 from .views import answer_figure, draw_answer, draw_states, draw_values, scatter_states, scatter_values
 
 if TYPE_CHECKING:
@@ -46,7 +46,8 @@ def _draw_states(net: CableNet, axes: Axes, state: NDArray[np.int64], contact: M
     scatter_states(axes, net, state)
     fixed = _draw_fixed(axes, net)
     draw_legend_of_states(axes, state, proven, more=[fixed])
-    axes.set(aspect="equal", xlabel="x", ylabel="y", title="Contact map")
+    axes.set(xlabel="x", ylabel="y", title="Contact map")
+    same_scales(axes)
     tidy(axes)
 
 

@@ -56,6 +56,17 @@ def map_height(extent: tuple[float, float], full: float = 6.5, *, least: float =
     return float(np.clip(full * height / (width or height or 1.0), least, most))
 
 
+_IN_A_LINE = 0.02
+"""Ratio of the sides below which what a map shows lies in a line."""
+
+
+def same_scales(axes: Axes) -> None:
+    """Give both directions of a map one scale, unless all that it shows lies in a line: then there were no room."""
+    sides = np.abs(axes.dataLim.size)
+    in_a_line = bool(np.isfinite(sides).all() and sides.min() <= _IN_A_LINE * sides.max())
+    axes.set_aspect("auto" if in_a_line else "equal")
+
+
 def two_halves(figure: Figure) -> tuple[SubFigure, SubFigure]:
     """Return the left and the right part of a figure, the left one a little wider."""
     halves: Any = figure.subfigures(1, 2, width_ratios=[1.15, 1])

@@ -18,7 +18,7 @@ from ..foundation.pictures import PLAIN, Wanted
 from ..models.base import ContactModel
 from ..models.records import states_of
 from .states import STATE_COLOURS, draw_legend_of_states, seen
-from .style import BLUE, CONTACT, GROUND, INK, map_height, new_figure, tidy
+from .style import BLUE, CONTACT, GROUND, INK, map_height, new_figure, same_scales, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -143,7 +143,8 @@ def draw_states(model: ContactModel, axes: Axes, state: NDArray[np.int64], conta
     """
     scatter_states(axes, model, state)
     draw_legend_of_states(axes, state, proven)
-    axes.set(aspect="equal", xlabel="x", ylabel="y", title="Contact map")
+    axes.set(xlabel="x", ylabel="y", title="Contact map")
+    same_scales(axes)
     tidy(axes)
 
 
@@ -210,7 +211,8 @@ def _values_figure_in_plan(
     width, height = model.extent
     place = "bottom" if width > 2 * height else "right"
     figure.colorbar(picture, ax=axes, extend="min", label=label, shrink=0.85, location=place)
-    axes.set(aspect="equal", xlabel="x", ylabel="y")
+    axes.set(xlabel="x", ylabel="y")
+    same_scales(axes)
     tidy(axes)
     return figure, _places_in_plan(axes, model)
 
@@ -229,6 +231,7 @@ def settling_figure(model: ContactModel, touchdown: Settling) -> Figure:
     axes.scatter(x[~known], y[~known], s=18, facecolors="none", edgecolors=GROUND, linewidths=0.8)
     picture: Any = axes.scatter(x[known], y[known], s=30, c=touchdown.load[known], cmap="viridis")
     figure.colorbar(picture, ax=axes, label="load factor at which the node settles", shrink=0.85)
-    axes.set(aspect="equal", xlabel="x", ylabel="y", title=f"Touchdown loads, known to {touchdown.width:.2g}")
+    axes.set(xlabel="x", ylabel="y", title=f"Touchdown loads, known to {touchdown.width:.2g}")
+    same_scales(axes)
     tidy(axes)
     return figure

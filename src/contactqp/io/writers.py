@@ -1,0 +1,73 @@
+"""File formats of solutions: what writes one, by the suffix of the file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..foundation.files import replaced_as_a_whole, require_writable
+from .datasets import solution_dataset
+from .fields import fields_of
+from .netcdf import write_netcdf
+
+if TYPE_CHECKING:
+    from ..models.base import ContactModel
+    from ..models.records import Answered
+
+
+def write_solution(solution: Answered, model: ContactModel, path: Path) -> None:
+    """Write a model's solution into a file of the format that its suffix names, replacing one of that name as a whole.
+
+    Parameters
+    ----------
+    solution : Solution
+    model : Membrane, Cable, CableNet or another model
+        The solution's.
+    path : Path
+        Its suffix must be one of `WRITERS`, and its folder must exist.
+
+    Raises
+    ------
+    ValueError
+        If it cannot become such a file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import contactqp as cq
+    >>> cable = cq.Cable(nodes=3, spacing=1.0, tension=1.0, load=1.0, support=1.0)
+    >>> file = Path(tempfile.mkdtemp()) / "cable.csv"
+    >>> write_solution(cq.solve(cable), cable, file)
+    >>> file.read_text().splitlines()[1].split(",")[:5]
+    ['0', '1.0', '0.0', '0.0', '1.0']
+    """
+    require_writable(path, tuple(WRITERS), "solution")
+    with replaced_as_a_whole(path) as unfinished:
+        WRITERS[path.suffix.lower()](solution, model, unfinished)
+
+
+def _write_netcdf(solution: Answered, model: ContactModel, path: Path) -> None:
+    """Write the dataset that `Solution.to_dataset` returns."""
+    write_netcdf(solution_dataset(solution, model), path)
+
+
+def _write_table(solution: Answered, model: ContactModel, path: Path) -> None:
+    """Write a line for each node, with number, x, y and every quantity, below a line of names."""
+    fields = fields_of(solution)
+    columns = [field.values.tolist() for field in fields.values()]
+    nodes = zip(range(model.size), model.node_x.tolist(), model.node_y.tolist(), *columns, strict=True)
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(("node", "x", "y", *fields))
+        writer.writerows(nodes)
+
+
+WRITERS: dict[str, Callable[[Answered, ContactModel, Path], None]] = {".nc": _write_netcdf, ".csv": _write_table}
+"""What writes a solution, by the suffix of the file, in small letters.
+
+Each takes a solution, its model, and the path of a file that is written anew, whose suffix may be another one, because
+it takes its name when it is done. It writes what `contactqp.io.fields.fields_of` returns: values in node order, shape
+(n,), unit and meaning of every quantity by name.
+"""
