@@ -87,8 +87,9 @@ class ContactModel(ABC):
     .. math:: q = P - \mathrm{pull}(f), \qquad R = G \omega + q, \qquad w = f - \omega.
 
     **A subclass must set**, in its ``__init__``, the attributes `load` and `support`, by
-    ``self.at_nodes(load, "load")`` and ``self.support_at_nodes(support)``, which take numbers, arrays and functions and check them; if it has heights
-    that are positive upwards, `upwards` before that; at the end it calls ``self._warn()``, so that data which are
+    ``self.at_nodes(load, "load")`` and ``self.support_at_nodes(support)``, which take numbers, arrays and functions and
+    check them; if it has heights that are positive upwards, `upwards` before that; at the end it calls
+    ``self._warn()``, so that data which are
     probably not what was meant are told of. It must not change afterwards: what is derived from it is kept.
 
     **It must define**
