@@ -201,7 +201,7 @@ class _Rounds:
         # A polish that succeeded and did not satisfy the judge got the contact set wrong in a few nodes; repeated, it
         # would undo what the iteration mends.
         self._polishing = self._polishing and not polished
-        self._polish = self._polishing and _in_contact(self._problem, gap, np.array(result.y), eps)
+        self._polish = self._polishing and _in_contact(self._problem, gap, np.array(result.y))
         return Round(
             gap if status in _STOPS else None,
             _STOPS.get(status, Stop.FAILED),
@@ -247,12 +247,9 @@ def _reaction(problem: ContactQP, gap: Vector) -> Vector:
     return problem.bounds.admissible_reaction(problem.stiffness.matvec(gap) + problem.q)
 
 
-def _in_contact(problem: ContactQP, gap: Vector, multiplier: Vector, eps: float) -> bool:
-    """Whether a bound presses by more than the error of an answer to ``eps``.
-
-    Asked to polish where no bound presses in the end, OSQP writes to the terminal.
-    """
-    least = max(1e-6, 10 * eps) * np.abs(problem.q).max()
+def _in_contact(problem: ContactQP, gap: Vector, multiplier: Vector) -> bool:
+    """Whether a bound presses: asked to polish where none does, OSQP writes to the terminal."""
+    least = 1e-6 * np.abs(problem.q).max()
     below = (multiplier < -least) & (gap - problem.lower < 1e-6)
     above = (multiplier > least) & (problem.upper - gap < 1e-6)
     return bool((below | above).any())
