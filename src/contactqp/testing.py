@@ -19,6 +19,9 @@ from .proof.judge import Verdict, judge
 from .proof.status import Status
 from .solving.solution import Solution
 
+_ROUNDINGS = 16
+"""Units of rounding of its largest value that a reference may be wrong by: formed as f - w, or summed up elsewhere."""
+
 _SHOWN = 5
 """A message shows at most this many of the nodes that fail."""
 
@@ -136,7 +139,8 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
     gap : array, shape (n,), or xarray.DataArray, or Solution
         The reference ω (length): an exact solution, or another program's; on a lattice also an array of its shape.
     slack : float
-        How wrong ``gap`` itself may be (length), >= 0; it widens the bounds.
+        How wrong ``gap`` itself may be (length), >= 0; it widens the bounds. What the rounding of ``gap`` amounts to,
+        and the proven error of a `Solution` that is given for it, are allowed for in any case.
 
     Raises
     ------
@@ -181,7 +185,7 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
     if not np.isfinite(bounds.gap_bound):
         raise AssertionError(f"the bounds{of} are infinite and would enclose any gap: scale the problem's numbers")
     excess = np.maximum(bounds.lower - omega, omega - bounds.upper)
-    outside = np.flatnonzero(excess > slack)
+    outside = np.flatnonzero(excess > slack + _own_error(gap, omega))
     if not outside.size:
         return
 
@@ -199,6 +203,13 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
         "  The bounds are proven: gap solves another problem (compare loads, supports and the order of the nodes),\n"
         f"  or it is known to within {excess.max():.2g} only, which slack would say."
     )
+
+
+def _own_error(gap: ArrayLike | Solution, values: Vector) -> float:
+    """Return how wrong a reference is in any case (length): by rounding, and an answer by what is proven of it."""
+    rounding = _ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(values).max(initial=0.0))
+    proof = gap.certificate if isinstance(gap, Solution) else None
+    return rounding if proof is None else rounding + proof.gap_bound
 
 
 def assert_same_contact(first: Solution | ArrayLike, second: Solution | ArrayLike) -> Mask:

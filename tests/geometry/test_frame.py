@@ -140,7 +140,7 @@ def test_lattices_that_fitted_before_stay_as_they_were():
         assert frame.lattice(spacing).origin == frame.lattice(spacing, origin=(0.0, 0.0)).origin
 
 
-@pytest.mark.parametrize(("spacing", "wider", "fitting"), [(0.3, "20%", "0.25 or 0.333333"), (0.7, "40%", "0.5")])
+@pytest.mark.parametrize(("spacing", "wider", "fitting"), [(0.3, "20%", "0.25 or 0.333333333333"), (0.7, "40%", "0.5")])
 def test_a_frame_that_grows_is_loud_and_names_spacings_that_fit(spacing, wider, fitting):
     with pytest.warns(
         cq.ContactWarning, match=rf"instead of 1 x 1, up to {wider} wider; fitting spacings: {fitting}$"
@@ -175,3 +175,10 @@ def test_hopeless_spacings_are_refused():
     with pytest.raises(ValueError, match="spacing 1 lies inside"):
         cq.Frame.rectangle(1, 1).lattice(1.0)
     assert cq.Frame.rectangle(2, 2).lattice(1.0).size == 1
+
+
+def test_the_spacing_that_is_suggested_fits_as_it_is_written():
+    with pytest.warns(cq.ContactWarning, match="fitting spacings") as told:
+        cq.Frame.rectangle(6, 4).lattice(0.68)
+    for text in str(told[0].message).split("fitting spacings: ")[1].split(" or "):
+        assert cq.Frame.rectangle(6, 4).lattice(float(text)).overshoot == 0.0

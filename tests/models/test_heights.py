@@ -237,3 +237,11 @@ def test_a_support_that_a_larger_load_reaches_is_there_along_the_whole_path():
     assert cq.events(cable, stop=20000.0).first_touch == pytest.approx(16000.0)
     assert with_load(cable, 20000.0).supported.all()
     assert reachable(cable, [with_load(cable, 2.0)]).unreachable.all()
+
+
+def test_depths_of_a_profile_where_elevations_were_meant_are_told():
+    """A slab at an elevation of 4.55 below a frame at 5 is a profile of depth -4.55."""
+    with pytest.warns(cq.ContactWarning, match="on the other side of height zero.*the depth of a profile"):
+        cq.Membrane(LATTICE, 1.0, load=0.2, support=cq.profiles.Plane(4.55), frame_height=5.0, upwards=True)
+    right = cq.Membrane(LATTICE, 1.0, load=0.2, support=cq.profiles.Plane(-4.55), frame_height=5.0, upwards=True)
+    assert not right.cautions

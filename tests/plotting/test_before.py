@@ -202,3 +202,13 @@ def test_maps_of_nodes_in_a_line_have_room_for_marks():
     for model, expected in ((net, "auto"), (grid, 1.0)):
         touchdown = cq.trace(model, loads=[0.2, 0.5, 1.0]).touchdown(width=0.05)
         assert touchdown.plot().axes[0].get_aspect() == expected
+
+
+def test_films_of_unknown_suffixes_are_refused_and_sections_keep_their_scale(tmp_path):
+    cable = cq.Cable(span=20.0, spacing=1.0, tension=100.0, load=1.0, support=-80.5, frame_height=-79.5, upwards=True)
+    path = cq.trace(cable, loads=[0.1, 1.0, 2.0])
+    with pytest.raises(ValueError, match=r"unknown suffix '\.xyz'; known: \.gif \.html"):
+        path.animate(tmp_path / "film.xyz")
+    film: Any = path.animate(tmp_path / "film.html")
+    bottom, top = film._fig.axes[-1].get_ylim()
+    assert -81.0 < bottom < -80.5 < -79.5 < top < -79.0

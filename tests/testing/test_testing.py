@@ -199,3 +199,12 @@ def test_other_nodes_are_refused(solution):
         assert_same_contact(solution, finer)
     with pytest.raises(TypeError, match="must be boolean, got dtype float64"):
         assert_same_contact(solution, solution.gap)
+
+
+def test_a_reference_may_be_wrong_by_its_rounding_and_an_answer_by_what_is_proven_of_it():
+    hexagon = cq.gallery.paper_hexagon(load=0.03)
+    sharp, rough = cq.solve(hexagon), cq.solve(hexagon, "psor", tol=1e-3)
+    assert_encloses(sharp, rough)
+    assert_encloses(sharp, sharp.to_dataset()["gap"])
+    with pytest.raises(AssertionError, match="above the upper bound"):
+        assert_encloses(sharp, sharp.gap + 1e-12)

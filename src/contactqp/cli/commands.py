@@ -27,6 +27,7 @@ from .application import (
 )
 
 if TYPE_CHECKING:
+    from ..foundation.brackets import Bracket
     from ..models.cable import Cable
     from ..models.membrane import Membrane
 
@@ -93,6 +94,10 @@ def solve(
         model = _model_of(case)
         solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
         typer.echo(repr(solution))
+        if solution.certificate is not None:
+            typer.echo(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
+            if model.node_area is not None:
+                typer.echo(f"  contact     {_told(solution.contact_area)} ({_AREAS[model.units['load']]})")
         if out is not None:
             write_solution(solution, model, out)
             typer.echo(f"fields: {out}")
@@ -115,7 +120,9 @@ def certify(
     ],
     quantity: Annotated[
         Quantity,
-        typer.Option(help="What the numbers are: gaps to the support, or deflections, positive downwards."),
+        typer.Option(
+            help="What the numbers are: gaps to the support, or deflections, positive as the heights of the case."
+        ),
     ] = Quantity.GAP,
     tol: Tol = "1e-6",
     out: Annotated[
@@ -200,6 +207,15 @@ def backends() -> None:
 
     with bad_input():
         print_backends()
+
+
+_AREAS = {"force per area": "area", "force per length": "length"}
+
+
+def _told(bracket: Bracket) -> str:
+    """Return what is known of a quantity: a number, or the two that it lies between where they differ as written."""
+    low, high = f"{bracket.lower:.6g}", f"{bracket.upper:.6g}"
+    return low if low == high else f"{low} to {high}"
 
 
 def _model_of(case: Path) -> Membrane | Cable:

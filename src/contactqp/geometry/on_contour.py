@@ -100,7 +100,7 @@ class FrameFit:
 
     def _caution(self, fitting: list[float]) -> str:
         left, bottom, right, top = self.bounds
-        told = [f"{each:.6g}" for each in fitting]
+        told = [f"{each:.12g}" for each in fitting]
         remedy = f"fitting spacings: {' or '.join(told)}" if told else "no spacing fits both: take a finer one"
         if any(abs(each / self.spacing - 1) < 1e-9 for each in fitting):
             remedy = "with another origin it fits: leave the origin out, or put it on a corner of the frame"

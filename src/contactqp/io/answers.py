@@ -29,7 +29,7 @@ def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap") -> 
         be anything; its first row has the smallest y. .nc: a variable named after the quantity, along node, or y and x.
     model : Membrane, Cable or CableNet
     quantity : {"gap", "deflection"}
-        What the file holds (length); deflections are positive downwards.
+        What the file holds (length); deflections are positive as the model's heights.
 
     Returns
     -------
@@ -85,7 +85,9 @@ def _of_dataset(path: Path, model: ContactModel, quantity: Quantity) -> Vector:
 
 
 def _gap_of(values: Vector, model: ContactModel, quantity: Quantity) -> Vector:
-    return values if quantity == "gap" else np.asarray(model.reference - values)
+    if quantity == "gap":
+        return values
+    return np.asarray(model.reference + values if model.upwards else model.reference - values)
 
 
 def _finite(gap: Vector, model: ContactModel) -> Vector:

@@ -301,9 +301,9 @@ class MembraneCase(Section):
     load: Load
     """Active pressure, positive downwards (force per area)."""
     support: Support
-    """Ordinate of the rigid profile, positive downwards (length); inf for none."""
+    """Height of the rigid profile (length), positive downwards, or upwards with upwards = true; inf (-inf) for none."""
     frame_height: FrameHeight = 0.0
-    """Ordinate of the frame, positive downwards (length)."""
+    """Height of the frame (length), positive as that of the support."""
 
 
 class CableCase(Section):
@@ -324,9 +324,9 @@ class CableCase(Section):
     load: Load
     """Active load, positive downwards (force per length)."""
     support: Support
-    """Ordinate of the ground, positive downwards (length); inf for none."""
+    """Height of the ground (length), positive downwards, or upwards with upwards = true; inf (-inf) for none."""
     frame_height: FrameHeight = 0.0
-    """Ordinates of the ends, positive downwards (length)."""
+    """Heights of the ends (length), positive as that of the ground."""
 
 
 def schema() -> dict[str, Any]:

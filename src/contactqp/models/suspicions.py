@@ -31,6 +31,10 @@ _NO_DATA_STRANGE = 10.0
 _NO_DATA = (99.0, 999.0, 9999.0, 99999.0, 999999.0, 9999999.0, 32767.0, 32768.0, 1e10, 1e20, 1e30)
 
 
+_NEARER = 3.0
+"""So many times as near to the frame a support is with the other sign, if that was meant."""
+
+
 class Heights(NamedTuple):
     """The heights of a model and its load.
 
@@ -79,6 +83,8 @@ def suspicions_of(heights: Heights) -> Iterator[str]:
         yield from _pierced_frame(heights)
     elif lower < highest < np.inf:
         yield from _no_contact(heights)
+    if heights.upwards:
+        yield from _other_side(heights, depth)
 
 
 def _distinct(vector: Vector) -> Vector:
@@ -124,3 +130,18 @@ def _no_contact(heights: Heights) -> Iterator[str]:
             "load nowhere presses downwards and the support lies below the frame, so nothing can touch; "
             f"{heights.sense}, and a load is positive downwards: check the signs of load and support"
         )
+
+
+def _other_side(heights: Heights, depth: Vector) -> Iterator[str]:
+    """Tell of a support that would lie next to the frame with the other sign: a depth where an elevation was meant."""
+    known = depth[np.isfinite(depth)]
+    frame = sum(heights.frame) / 2
+    if not known.size or not frame or not (known * frame < 0).all():
+        return
+    if _NEARER * float(np.median(np.abs(known + frame))) > float(np.median(np.abs(known - frame))):
+        return
+    low, high = sorted(heights.told(float(end)) for end in (known.min(), known.max()))
+    yield (
+        f"support lies at {low:.4g} to {high:.4g} and the frame at {heights.told(frame):.4g}, on the other side of "
+        f"height zero; {heights.sense}, but the depth of a profile is positive downwards in any model: check the signs"
+    )

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..foundation.files import replaced_as_a_whole, require_folder
+from ..foundation.files import replaced_as_a_whole, require_folder, require_suffix
 from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted
+from ..foundation.text import counted
 from ..models.base import ContactModel
 from ..models.cable import Cable
 from ..models.on_lattice import LatticeModel
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..solving.solution import Solution
+
+_BY_SUFFIX = {".gif": "pillow", ".html": "html"}
+_BY_FFMPEG = ".mp4", ".mov", ".mkv", ".avi", ".webm"
 
 _SHARPNESS = 110
 """Pixels an inch."""
@@ -54,15 +58,14 @@ def animated(
         See `LoadPath.animate`.
     """
     load_modules("matplotlib.animation")
-    from matplotlib.animation import FuncAnimation
+    from matplotlib.animation import FuncAnimation, writers
 
     if file is not None:
+        if writer is None:
+            known = (*_BY_SUFFIX, *(_BY_FFMPEG if writers.is_available("ffmpeg") else ()))
+            require_suffix(Path(file), known, "film")
         require_folder(Path(file), "film")
-    depths = [solution.deflection for _, solution in answers]
-    known = model.support[model.supported]
-    everything = np.concatenate([*depths, known[known <= max(depth.max() for depth in depths) * 1.5], [0.0]])
-    low, high = float(everything.min()), float(everything.max())
-    margin = 0.12 * (high - low or 1.0)
+    solutions = [solution for _, solution in answers]
     figure = _figure(model)
 
     def draw(k: int) -> list[Any]:
@@ -70,12 +73,17 @@ def animated(
         for axes in figure.axes:
             axes.clear()
         _draw(model, figure, solution, wanted)
-        figure.axes[-1].set_ylim(high + margin, low - margin)
+        _scale(model, figure, solutions)
         with_units(figure.axes, wanted)
-        title = repr(model) if wanted.title is None else wanted.title
+        title = f"{type(model).__name__}, {counted(model.size, 'node')}" if wanted.title is None else wanted.title
         figure.suptitle(f"{title}: {name}" if title else name, x=0.01, ha="left", fontsize="medium")
         return list(figure.axes)
 
+    layout: Any = figure.get_layout_engine()
+    layout.set(rect=(0, 0.07, 1, 0.93))  # room for the legend below a map
+    draw(0)
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # all pictures are laid out as the first one
     film = FuncAnimation(figure, draw, frames=len(answers), interval=1000 * seconds, blit=False, init_func=list)
     if file is not None:
         _write(film, Path(file), writer, seconds)
@@ -84,8 +92,7 @@ def animated(
 
 def _write(film: FuncAnimation, file: Path, writer: Any, seconds: float) -> None:
     rate: Any = 1 / seconds
-    by_suffix = {".gif": "pillow", ".html": "html"}
-    chosen = by_suffix.get(file.suffix.lower(), "ffmpeg") if writer is None else writer
+    chosen = _BY_SUFFIX.get(file.suffix.lower(), "ffmpeg") if writer is None else writer
     if chosen == "html":
         with replaced_as_a_whole(file) as part:
             part.write_text(film.to_jshtml(fps=rate), encoding="utf-8")
@@ -112,6 +119,27 @@ def _one_panel(cable: Cable) -> Figure:
     figure = new_figure(9, 4)
     figure.subplots()
     return figure
+
+
+@singledispatch
+def _scale(model: ContactModel, figure: Figure, solutions: Sequence[Solution]) -> None:
+    """Give a section's axis the same ends in all pictures; a map in plan has them already."""
+
+
+@_scale.register(LatticeModel)
+def _scale_section(model: LatticeModel, figure: Figure, solutions: Sequence[Solution]) -> None:
+    down = -1.0 if model.upwards else 1.0
+    frame = model.padded_deflection(solutions[0].gap)[model.stencil.frame_points()]
+    shown = down * np.concatenate([frame, *(solution.deflection for solution in solutions)])
+    support = down * model.support[model.supported]
+    # A support that lies deep would flatten the sections.
+    near = support[support <= shown.max() + (np.ptp(shown) or 1.0)]
+    highest, lowest = (
+        float(min(shown.min(), near.min(initial=np.inf))),
+        float(max(shown.max(), near.max(initial=-np.inf))),
+    )
+    margin = 0.12 * (lowest - highest or 1.0)
+    figure.axes[-1].set_ylim(down * (lowest + margin), down * (highest - margin))
 
 
 @singledispatch

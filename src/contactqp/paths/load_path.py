@@ -190,7 +190,8 @@ class LoadPath:
         ----------
         file : path, optional
             Where to write the film to, by a writer of matplotlib's that the suffix stands for: ``.gif`` by pillow,
-            ``.html`` as single pictures in a page, others, as ``.mp4``, by ffmpeg if that is installed.
+            ``.html`` as single pictures in a page, and ``.mp4``, ``.mov``, ``.mkv``, ``.avi`` and ``.webm`` by ffmpeg,
+            if that is installed.
         seconds : float
             For each picture, > 0.
         section, title, units
@@ -206,7 +207,7 @@ class LoadPath:
         Raises
         ------
         ValueError
-            If the file's folder does not exist.
+            If the file's folder does not exist, or nothing writes a film of its suffix.
         """
         from .animation import animated
 
