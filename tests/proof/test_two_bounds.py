@@ -166,3 +166,14 @@ def test_energies_bracket_the_least_one(matrix, data):
     low, high = cq.energy_bracket(problem, exact + rng.normal(size=size))
     assert low - room <= energy <= high + room
     assert cq.energy_bracket(problem, exact) == pytest.approx((energy, energy), abs=room)
+
+
+@pytest.mark.parametrize("effort", ["fast", "sharp"])
+def test_a_stiff_node_does_not_swallow_what_the_others_leave_open(effort):
+    """The gap zero presses the first node on its lower bound by 1e-182, and all that rounding adds is far more."""
+    matrix, forces = [[1e250, 1e221], [1e221, 2e193]], [1e-182, -1e-211]
+    problem = cq.ContactQP(matrix, forces, [0.0, -np.inf], [0.0, 0.0])
+    certificate = cq.certify(problem, [0.0, 0.0], effort=effort)
+    assert not certificate.contact_upper[0]
+    lower, upper = certificate.reaction
+    assert lower[0] <= 1e-182 <= upper[0]

@@ -357,7 +357,9 @@ def certain_contact(problem: ContactQP, lower: Vector, upper: Vector) -> tuple[M
     else:
         middle, radius = middle_and_radius(lower, upper)
         below = above = middle
-        spread = (problem.stiffness.modulus_matvec(radius) - diagonal * radius) * _GROW
+        reach = problem.stiffness.modulus_matvec(radius)
+        # A large share of the node's own swallows digits of the others', so that what is rounded is all of it.
+        spread = reach * (1 + 4 * growth_bound(problem.stiffness)) - diagonal * radius
     total, error = sums(below, problem.lower, spread)
     at_lower = np.asarray((total > error) & problem.supported)
     if problem.one_sided:
