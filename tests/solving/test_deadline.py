@@ -1,5 +1,6 @@
 """A time limit holds, set-up and judging included, even where a call cannot be stopped."""
 
+import threading
 import time
 
 import numpy as np
@@ -78,6 +79,65 @@ def test_a_session_whose_set_up_takes_too_long_prepares_anew():
         solution = within_the_limit(lambda: session.solve(on_failure="ignore"))
         assert solution.status == "time_limit"
         assert SlowToPrepare.prepared == count
+
+
+class PreparesOnceTooLong(Backend):
+    """Is held up in its first set-up, and tells for which matrix its states were made."""
+
+    name, summary, package = "held up", "is held up once", "numpy"
+
+    def __init__(self):
+        self.goes_on, self.done, self.prepared, self.used = threading.Event(), threading.Event(), 0, []
+
+    def prepare(self, problem, task):
+        self.prepared += 1
+        if self.prepared == 1:
+            self.goes_on.wait()
+        return PreparedFor(problem, self)
+
+
+class PreparedFor(State):
+    def __init__(self, problem, backend):
+        self.entry, self.backend = problem.G[0, 1], backend
+
+    def solve(self, q, task, problem=None):
+        self.backend.used.append((self.entry, problem.G[0, 1]))
+        self.backend.done.set()
+        return Answer(np.zeros(q.size), Stop.DONE, "done", 1, 0.0, 0.0)
+
+
+@pytest.mark.slow
+def test_a_set_up_that_was_left_behind_does_not_replace_a_later_one():
+    backend, other = PreparesOnceTooLong(), cq.ContactQP([[2.0, -0.5], [-0.5, 2.0]], SMALL.q)
+    session = cq.Solver(SMALL, backend, time_limit=0.2)
+    assert session.solve(on_failure="ignore").status == "time_limit"
+    session.solve_varied(other)
+    backend.done.clear()
+    backend.goes_on.set()
+    assert backend.done.wait(SLEEP)
+    session.solve_varied(other)
+    assert backend.used[-1][0] == backend.used[-1][1]
+
+
+def test_a_session_that_was_interrupted_prepares_anew():
+    class Interrupted(Prepared):
+        def solve(self, q, task, problem=None):
+            raise KeyboardInterrupt
+
+    class Counting(Backend):
+        name, summary, package = "interrupted", "is interrupted once", "numpy"
+        prepared = 0
+
+        def prepare(self, problem, task):
+            self.prepared += 1
+            return Interrupted() if self.prepared == 1 else Prepared()
+
+    backend = Counting()
+    session = cq.Solver(SMALL, backend, time_limit=5.0)
+    with pytest.raises(KeyboardInterrupt):
+        session.solve()
+    session.solve(on_failure="ignore")
+    assert backend.prepared == 2
 
 
 @pytest.mark.slow

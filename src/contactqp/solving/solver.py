@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -23,6 +24,18 @@ from .starts import started_from
 
 _Mark: TypeAlias = tuple[MatrixFacts, NDArray[np.uint8] | None]
 """What a state is prepared for: the facts of a matrix, and the kinds of bounds."""
+
+
+@dataclass
+class _Kept:
+    """What a backend has prepared, and what for.
+
+    Each preparation writes into its own, so that one which was left behind and comes to its end later changes nothing
+    of what the session has gone on with.
+    """
+
+    mark: _Mark | None
+    state: State | None = None
 
 
 class Solver:
@@ -77,8 +90,7 @@ class Solver:
         self.subject = subject
         self._request = Request.of(tol, max_iter, time_limit, options)
         self.backend, self._note = chosen_backend(backend, problem, options)
-        self._state: State | None = None
-        self._prepared_for: _Mark | None = None
+        self._kept = _Kept(None)
         self._last: Vector | None = None
         self._trail = Trail()
         self._reference: Vector | float = 0.0
@@ -157,25 +169,29 @@ class Solver:
         _refuse_other_unknowns(subject, self.subject)
         deadline = Deadline(self._request.time_limit)
         mark = problem.facts.scaled, problem.bounds.kinds
-        if not _same(mark, self._prepared_for):
-            self._state, self._prepared_for = None, mark
+        if not _same(mark, self._kept.mark):
+            self._kept = _Kept(mark)
             self._trail.clear()
         start, predicted = self._start(warm_start, problem)
         own = isinstance(warm_start, (bool, np.bool_)) and start is not None
-        solution = Solution.by(
-            self.backend,
-            subject,
-            self._request,
-            warm_start=start,
-            note=self._note,
-            state=partial(self._prepared, problem, deadline),
-            deadline=deadline,
-            resumes=own and np.array_equal(problem.reference, self._reference),
-            predicted=predicted,
-        )
+        try:
+            solution = Solution.by(
+                self.backend,
+                subject,
+                self._request,
+                warm_start=start,
+                note=self._note,
+                state=partial(self._prepared, self._kept, problem, deadline),
+                deadline=deadline,
+                resumes=own and np.array_equal(problem.reference, self._reference),
+                predicted=predicted,
+            )
+        except KeyboardInterrupt:
+            # What is left behind may still be at work in it, after an interrupt as after the time limit.
+            self._kept = _Kept(None)
+            raise
         if solution.run.abandoned:
-            # What was left behind may still be at work in it.
-            self._state, self._prepared_for = None, None
+            self._kept = _Kept(None)
         self._last, self._reference = (solution.gap if solution.finite else None), problem.reference
         if self._last is None:
             self._trail.clear()
@@ -183,13 +199,13 @@ class Solver:
             self._trail.add(problem, self._last)
         return solution
 
-    def _prepared(self, problem: ContactQP, deadline: Deadline) -> State:
+    def _prepared(self, kept: _Kept, problem: ContactQP, deadline: Deadline) -> State:
         """Return the backend's state for a problem, prepared at the first call."""
-        if self._state is None:
+        if kept.state is None:
             scaled, units = problem.scaled()
             task = self._request.task(problem, units, lambda gap: np.inf, keeps=True, started=deadline.started)
-            self._state = self.backend.state_of(scaled, task, self._request.options)
-        return self._state
+            kept.state = self.backend.state_of(scaled, task, self._request.options)
+        return kept.state
 
     def _start(self, value: bool | ArrayLike | Solution, problem: ContactQP) -> tuple[Vector | None, bool]:
         """Return where to start from, and whether that foresees all contact (see `Trail.predicted`)."""
