@@ -245,3 +245,12 @@ def test_depths_of_a_profile_where_elevations_were_meant_are_told():
         cq.Membrane(LATTICE, 1.0, load=0.2, support=cq.profiles.Plane(4.55), frame_height=5.0, upwards=True)
     right = cq.Membrane(LATTICE, 1.0, load=0.2, support=cq.profiles.Plane(-4.55), frame_height=5.0, upwards=True)
     assert not right.cautions
+
+
+def test_of_a_segment_too_weak_for_double_precision_no_bound_is_known_and_nothing_is_dropped():
+    """The softness 1/s of a force density s below 1e-308 or so overflows; warnings are errors here."""
+    points, segments = [[0, 0], [1, 0], [2, 0]], [[0, 1], [1, 2]]
+    for load in (0.0, 1.0):
+        net = cq.CableNet(points, segments, force_density=[1.0, 1e-320], load=load, support=[1.0, 1e30], fixed=[0])
+        assert net._reach() == np.inf
+        assert not net.unreachable.any()

@@ -333,7 +333,8 @@ class ContactModel(ABC):
         below = (self.depth[:1] if repeated(self.depth) else self.depth) - self._datum
         reach = self._reach() + self._frame_relief()
         if known is not None:
-            return read_only(known & (below > (1 + 1e-6) * reach))
+            # Twice, because the stiffness is rounded, and the reach is that of the exact one.
+            return read_only(known & (below > 2 * reach))
         scale = reach + max(0.0, -float(below.min()))
         deep = np.isfinite(below) & (below > _BEYOND * scale) if 0 < scale < np.inf else np.zeros(1, dtype=np.bool_)
         return np.broadcast_to(deep if deep.any() else np.False_, (self.size,))

@@ -393,9 +393,11 @@ class CableNet(ContactModel):
         from scipy.sparse import csgraph
 
         points = len(self.positions)
-        graph = sparse.coo_array((1 / self.force_density, tuple(self.segments.T)), shape=(points, points))
-        softness = csgraph.dijkstra(graph.tocsr(), directed=False, indices=self.fixed, min_only=True)
-        return float(np.maximum(self.load, 0.0).sum() * softness[self.free].max())
+        with np.errstate(over="ignore", invalid="ignore"):
+            graph = sparse.coo_array((1 / self.force_density, tuple(self.segments.T)), shape=(points, points))
+            softness = csgraph.dijkstra(graph.tocsr(), directed=False, indices=self.fixed, min_only=True)
+            reach = float(np.maximum(self.load, 0.0).sum() * softness[self.free].max())
+        return reach if np.isfinite(reach) else np.inf
 
     def _steps_of_support(self) -> tuple[Vector, Vector]:
         node = self._number[self.segments] >= 0
