@@ -213,3 +213,13 @@ def test_many_lone_unknowns_do_not_make_a_line():
     solver = ActiveSet(problem.G, problem.q, problem.lower)
     assert not solver.direct
     assert cq.solve(problem, "active-set").status == "certified"
+
+
+def test_free_nodes_whose_matrix_is_singular_in_rounding_are_a_failure_in_words(monkeypatch):
+    def singular(self):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr("contactqp.methods.active_set.primal_dual.ActiveSet.step", singular)
+    solution = cq.solve(cq.gallery.bowl(7), "active-set", on_failure="ignore")
+    assert solution.status == "failed"
+    assert solution.termination.startswith("Singular matrix")

@@ -126,7 +126,11 @@ def iterate(solver: ActiveSet, problem: ContactQP, task: Task, budget: int, hist
     stop, why, steps = Stop.ITERATION_LIMIT, "step limit", 0
     records: list[tuple[float, float]] = []
     while stop is Stop.ITERATION_LIMIT and steps < budget:
-        step = solver.step()
+        try:
+            step = solver.step()
+        except np.linalg.LinAlgError as error:
+            stop, why = Stop.FAILED, str(error)
+            break
         steps += 1
         task.progress.update(f"step {steps}, {step.exchanged} nodes changed sides")
         if history:

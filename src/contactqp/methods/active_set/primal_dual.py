@@ -241,7 +241,7 @@ class ActiveSet:
             return target
         solve = self._parts.solver(free)
         if solve is None:
-            raise RuntimeError("the matrix of the free nodes is singular in double precision")
+            raise np.linalg.LinAlgError("the matrix of the free nodes is singular in double precision")
         target[free] -= solve(reaction[free])
         if refined:
             rest = (self._parts.product(target) + self.q)[free]
