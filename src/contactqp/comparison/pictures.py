@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..foundation.checks import Vector
+from ..foundation.text import counted
 from ..models.records import subject_of
 from ..plotting.style import BLUE, CONTACT, GROUND, INK, head, new_figure, tidy, two_halves
 from ..plotting.views import NodePlaces, draw_answer, values_figure
@@ -108,7 +109,7 @@ def _seconds(row: Row) -> float:
 
 def _counted(compared: Compared, backend: str, iterations: int) -> str:
     unit = compared.answers.solutions[backend].iteration_unit
-    return f"{iterations} {unit}{'' if iterations == 1 else 's'}"
+    return counted(iterations, unit)
 
 
 def plot_disagreement(compared: Compared) -> Figure:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, SupportsIndex, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from .text import shortened
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -76,20 +78,16 @@ def real_array(value: object, name: str, *, copied: bool = True) -> NDArray[np.f
     try:
         array = np.asarray(value)
     except ValueError:
-        raise ValueError(f"{name} must hold numbers in rows of one length, got {_shortened(value)}") from None
+        raise ValueError(f"{name} must hold numbers in rows of one length, got {_told(value)}") from None
     if array.dtype.kind == "c":
         raise TypeError(f"{name} must be real, got complex values (dtype {array.dtype})")
     if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must hold real numbers, got {_shortened(value)} (dtype {array.dtype})")
+        raise TypeError(f"{name} must hold real numbers, got {_told(value)} (dtype {array.dtype})")
     return np.array(array, dtype=np.float64) if copied else np.asarray(array, dtype=np.float64)
 
 
-def _shortened(value: object) -> str:
-    text = " ".join(repr(value).split()) if not isinstance(value, np.ndarray) else f"an array of shape {value.shape}"
-    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
-
-
-_LONGEST_VALUE = 60
+def _told(value: object) -> str:
+    return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else shortened(repr(value))
 
 
 def vector(value: object, size: int, name: str, *, copied: bool = True) -> Vector:

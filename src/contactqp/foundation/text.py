@@ -6,8 +6,7 @@ import math
 from decimal import ROUND_UP, Decimal, localcontext
 
 import numpy as np
-
-from .checks import Vector
+from numpy.typing import NDArray
 
 
 def at_most(value: float, digits: int = 2) -> str:
@@ -62,7 +61,7 @@ def shortened(value: object, length: int = 60) -> str:
     return text if len(text) <= length else text[: length - 1] + "…"
 
 
-def span_of(values: Vector, digits: int = 4) -> str:
+def span_of(values: NDArray[np.float64], digits: int = 4) -> str:
     """Return the range of the finite values, ``none`` if there is none.
 
     Examples

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..foundation.checks import Mask, Vector, finite_number, one_of, positive_number, read_only
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted, drawn
+from ..foundation.text import counted
 from .numbering import Numbering
 
 if TYPE_CHECKING:
@@ -223,7 +224,7 @@ class Lattice:
 
     def __repr__(self) -> str:
         rows, columns = self.shape
-        nodes = f"{self.size} node{'s' if self.size != 1 else ''}"
+        nodes = counted(self.size, "node")
         outside = f", up to {self.overshoot:.2g} outside its contour" if self.overshoot else ""
         return f"Lattice({nodes} in {rows} x {columns}, spacing={self.spacing:g}{outside})"
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..foundation.checks import Vector, repeated
+from ..foundation.text import counted
 
 _NEARLY_ALL = 0.9
 """Part of the nodes next to the frame at which the support must stand above it for a wrong sign to be suspected."""
@@ -98,7 +99,7 @@ def _missing_values(heights: Heights, depth: Vector, highest: float) -> Iterator
     factor = _NO_DATA_STRANGE if -highest in _NO_DATA else _STRANGE
     if -highest > factor * float(np.abs(others).max()):
         strange = np.flatnonzero(depth == highest)
-        more = f" and {strange.size - 1} more node{'s' if strange.size > 2 else ''}" if strange.size > 1 else ""
+        more = f" and {counted(strange.size - 1, 'more node')}" if strange.size > 1 else ""
         low, high = sorted(heights.told(float(end)) for end in (others.min(), others.max()))
         yield (
             f"support is {heights.told(highest):g} at {heights.describe(int(strange[0]))}{more}, and from {low:g} to "

@@ -14,6 +14,7 @@ from ..foundation.cards import card
 from ..foundation.checks import Vector, positive_number
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted
+from ..foundation.text import counted
 from ..models.base import ContactModel
 from ..solving.solution import Solution
 from .monotonicity import promised, violations
@@ -240,7 +241,7 @@ class LoadPath:
         if not self.findings:
             return "no violation of monotonicity"
         others = len(self.findings) - 1
-        return self.findings[0] + (f"; and {others} more finding{'s' if others > 1 else ''}" if others else "")
+        return self.findings[0] + (f"; and {counted(others, 'more finding')}" if others else "")
 
     def _repr_html_(self) -> str:
         facts = {"model": repr(self.model), "monotonicity": self.verdict}

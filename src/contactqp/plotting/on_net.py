@@ -13,7 +13,7 @@ from ..foundation.pictures import PLAIN, Wanted
 from ..models.cable_net import CableNet
 from ..models.records import NodeState
 from .states import STATE_COLOURS, draw_legend_of_states, seen
-from .style import BLUE, GROUND, INK, map_height, new_figure, same_scales, tidy, two_halves
+from .style import BLUE, GROUND, INK, map_height, new_figure, same_scales, tidy, tidy_in_space, two_halves
 from .views import answer_figure, draw_answer, draw_states, draw_values, scatter_states, scatter_values
 
 if TYPE_CHECKING:
@@ -86,12 +86,7 @@ def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
     axes.set(zlim=(least, most) if net.upwards else (most, least))
     axes.set(xlabel="x", ylabel="y", title=f"Net and support, heights not to scale\n({net.sense})")
     axes.set_box_aspect((1, 1, 0.5), zoom=0.98)
-    axes.view_init(elev=32, azim=-60)
-    axes.tick_params(labelsize="small")
-    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        axis.pane.set_visible(False)
-        axis.line.set_color(INK)
-    axes.grid(visible=False)
+    tidy_in_space(axes)
     if near.any():
         axes.legend(loc="upper left", frameon=False, fontsize="small")
 

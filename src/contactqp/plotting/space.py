@@ -11,7 +11,7 @@ from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted, drawn_in_space
 from ..models.membrane import Membrane
 from .states import seen
-from .style import BLUE, CONTACT, GROUND, INK, head, new_figure
+from .style import BLUE, CONTACT, GROUND, INK, head, new_figure, tidy_in_space
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -106,12 +106,7 @@ def _finish(axes: Any, membrane: Membrane, wanted: Wanted) -> None:
         axes.invert_zaxis()
     axes.set(xlabel=wanted.label("x"), ylabel=wanted.label("y"), zlabel=wanted.label(f"height, {membrane.sense}"))
     axes.set_box_aspect((1, 1, 0.5), zoom=1.1)
-    axes.view_init(elev=32, azim=-60)
-    axes.tick_params(labelsize="small")
-    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        axis.pane.set_visible(False)
-        axis.line.set_color(INK)
-    axes.grid(visible=False)
+    tidy_in_space(axes)
 
 
 def _titled(axes: Any, wanted: Wanted, title: str) -> Figure:

@@ -56,6 +56,16 @@ def map_height(extent: tuple[float, float], full: float = 6.5, *, least: float =
     return float(np.clip(full * height / (width or height or 1.0), least, most))
 
 
+def tidy_in_space(axes: Any) -> None:
+    """Look at axes in space from the side, and leave out what a picture does not need."""
+    axes.view_init(elev=32, azim=-60)
+    axes.tick_params(labelsize="small")
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.pane.set_visible(False)
+        axis.line.set_color(INK)
+    axes.grid(visible=False)
+
+
 _IN_A_LINE = 0.02
 """Ratio of the sides below which what a map shows lies in a line."""
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import nearest
-from ..foundation.text import shortened
+from ..foundation.text import counted, shortened
 
 Column = str | int
 """A column by its name, or by its position, which counts from 0."""
@@ -152,7 +152,7 @@ class _Table:
 
     def _cell(self, cells: list[str], place: int, name: str, where: str) -> float:
         if not 0 <= place < len(cells):
-            columns = f"{len(cells)} column{'' if len(cells) == 1 else 's'}"
+            columns = counted(len(cells), "column")
             raise ValueError(f"{where}: no column {place}, it has {columns}, counted from 0")
         value = self.number(cells[place])
         if value is None:

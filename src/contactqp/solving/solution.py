@@ -21,7 +21,7 @@ from ..foundation.interrupts import OutOfTime
 from ..foundation.loading import loading_seconds, working_seconds
 from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.progress import Progress
-from ..foundation.text import at_most
+from ..foundation.text import at_most, counted
 from ..methods.factors import DIRECT_SIZE
 from ..models.base import ContactModel, ForceBalance, split
 from ..problem.contact_qp import ContactQP, Units
@@ -643,7 +643,7 @@ class Solution:
 
     @property
     def _count_of_iterations(self) -> str:
-        return f"{self.iterations} {self.iteration_unit}{'' if self.iterations == 1 else 's'}"
+        return counted(self.iterations, self.iteration_unit)
 
     @property
     def _time(self) -> str:
