@@ -1,0 +1,80 @@
+"""Checks of options, declared where an option is named: in the annotations of a backend's signature.
+
+``rho: Positive = 3.0`` is a positive number, ``eps: Positive | None = None`` that or None, and
+``method: Literal["a", "b"] = "a"`` one of these words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeAlias, Union, get_args, get_origin, get_type_hints
+
+from ..foundation.checks import one_of, open_interval, positive_number
+
+
+@dataclass(frozen=True)
+class Check:
+    """What stands in an annotation: ``call(value, name)`` raises a TypeError or ValueError unless the value will do."""
+
+    call: Callable[[Any, str], object]
+
+
+Positive: TypeAlias = Annotated[float, Check(positive_number)]
+
+
+def between(low: float, high: float) -> Check:
+    """Return the check of a number strictly between two others."""
+    return Check(lambda value, name: open_interval(value, low, high, name))
+
+
+def check_values(declared: Callable[..., Any], options: Mapping[str, Any]) -> None:
+    """Check options one after the other, in the order in which they are given.
+
+    Parameters
+    ----------
+    declared : callable
+        In whose signature they are annotated; options without an annotation pass.
+    options : mapping of str to object
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one has the wrong kind or range.
+
+    Examples
+    --------
+    >>> def prepare(rho: Positive = 3.0, how: Literal["well", "fast"] | None = None): ...
+    >>> check_values(prepare, {"rho": 1.0, "how": None})
+    >>> check_values(prepare, {"rho": -1.0})
+    Traceback (most recent call last):
+    ValueError: rho must be > 0, got -1
+    >>> check_values(prepare, {"how": "fats"})
+    Traceback (most recent call last):
+    ValueError: how must be one of 'well', 'fast', got 'fats'; did you mean 'fast'?
+    """
+    hints = _hints(declared)
+    for name, value in options.items():
+        _check(value, hints.get(name), name)
+
+
+@cache
+def _hints(declared: Callable[..., Any]) -> dict[str, Any]:
+    return get_type_hints(declared, include_extras=True)
+
+
+def _check(value: Any, hint: Any, name: str) -> None:
+    """Check one value by what its annotation says of it."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType) and NoneType in parts:
+        others = [part for part in parts if part is not NoneType]
+        if value is not None and len(others) == 1:
+            _check(value, others[0], name)
+    elif origin is Literal:
+        one_of(value, parts, name)
+    elif origin is Annotated:
+        for check in parts[1:]:
+            if isinstance(check, Check):
+                check.call(value, name)
