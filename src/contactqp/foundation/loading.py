@@ -13,6 +13,7 @@ from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from threading import Timer
+from typing import Any
 
 from .interrupts import run_interruptibly
 from .terminal import on_terminal
@@ -61,6 +62,23 @@ def load_modules(*modules: str, kernels: str = "") -> None:
     missing = [name for name in modules if not _loaded(name)]
     if missing:
         _apart(lambda: [importlib.import_module(name) for name in missing], kernels)
+
+
+def loaded(module: str) -> Any:
+    """Return a module, for what has no statement that imports it.
+
+    Parameters
+    ----------
+    module : str
+        Full name.
+
+    Examples
+    --------
+    >>> loaded("scipy.sparse").__name__
+    'scipy.sparse'
+    """
+    load_modules(module)
+    return importlib.import_module(module)
 
 
 def once(key: Hashable, work: Callable[[], object], kernels: str) -> None:
