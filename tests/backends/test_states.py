@@ -262,7 +262,7 @@ def test_a_solver_of_clarabel_that_broke_down_is_not_used_again(monkeypatch, sta
 def test_a_round_of_clarabel_that_is_cut_short_is_followed_by_the_next(monkeypatch):
     from contactqp.backends import clarabel
 
-    monkeypatch.setattr(clarabel, "_ROUND_ITER", 3)
+    monkeypatch.setattr(clarabel._Prepared, "most_iterations", 3)
     solution = cq.solve(HEXAGON, "clarabel", on_failure="ignore")
     assert (solution.status, solution.iterations, solution.claimed_solved) == ("inaccurate", 9, False)
     limited = cq.solve(HEXAGON, "clarabel", max_iter=5, on_failure="ignore")
