@@ -6,18 +6,20 @@ Mangasarian, *Linear complementarity problems solvable by a single linear progra
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..foundation.checks import Vector, one_of, vector
-from ..foundation.loading import load_modules, working_seconds
+from ..foundation.checks import positive_vector
 from ..problem.contact_qp import ContactQP
-from .base import Answer, Backend, Need, State, Stop, Task, as_it_is_now
-from .tightening import Round, tightened
+from .base import Backend, Need, Stop, Task
+from .library import Ask, LibraryState, Outcome, Plan, Reply, Vectors, Workspace
 
 _TIGHTEST = 1e-10
+_SOLVED, _LIMIT, _DIFFICULTIES, _TIME_LIMIT = 0, 1, 4, "time limit"
+"""How scipy numbers what HiGHS has ended with; the words alone tell which of two limits it was."""
 
 
 class Mangasarian(Backend):
@@ -67,68 +69,51 @@ class Mangasarian(Backend):
         eps : float
             HiGHS's primal and dual feasibility tolerance; 1e-10 is the tightest it takes.
         """
-        one_of(method, ("highs-ds", "highs-ipm"), "method")
-        weights = np.ones(problem.size) if cost is None else vector(cost, problem.size, "cost")
-        if not weights.min() > 0:
-            worst = int(np.argmin(weights))
-            raise ValueError(f"cost must be > 0 everywhere, but entry {worst} is {weights[worst]:g}")
-        options: dict[str, Any] = {}
-        if task.passed_on(eps=eps):
-            options = {"primal_feasibility_tolerance": eps, "dual_feasibility_tolerance": eps}
-        chosen = task.passed_on(method=method)
         attempts = (presolve,) if presolve is not None or task.own_defaults else (False, True)
-        return _Prepared(problem, weights / weights.max(), chosen, options, attempts)
+        options = {"method": method, "eps": eps}
+        return _Prepared(cost, attempts, Mangasarian.prepare, problem, task, options)
 
 
-class _Prepared(State):
-    """The program's matrix and cost, scipy's arguments, and for each attempt whether HiGHS is to simplify."""
+class _Prepared(LibraryState):
+    """The program's matrix and cost, and for each attempt whether HiGHS is to simplify."""
 
-    def __init__(
-        self,
-        problem: ContactQP,
-        cost: Vector,
-        chosen: dict[str, Any],
-        options: dict[str, Any],
-        attempts: tuple[bool | None, ...],
-    ) -> None:
-        started = working_seconds()
-        self._problem, self._cost, self._chosen, self._options = problem, cost, chosen, options
-        self._attempts, self._matrix = attempts, -problem.G
-        self._setup_seconds = working_seconds() - started
+    imports: ClassVar[str] = "scipy.optimize"
+    # What comes of numerical difficulties is left to the judge.
+    outcomes: ClassVar[Mapping[Any, Outcome]] = {
+        _SOLVED: Outcome(Stop.DONE, claims=True),
+        _LIMIT: Outcome(Stop.ITERATION_LIMIT),
+        _TIME_LIMIT: Outcome(Stop.TIME_LIMIT),
+        _DIFFICULTIES: Outcome(Stop.DONE),
+    }
 
-    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
-        """See `State.solve`."""
-        load_modules("scipy.optimize")
-        from scipy.optimize import linprog
+    def __init__(self, cost: ArrayLike | None, attempts: tuple[bool | None, ...], *prepared: Any) -> None:
+        super().__init__(*prepared)
+        weights = np.ones(self.problem.size) if cost is None else positive_vector(cost, self.problem.size, "cost")
+        self._cost, self._attempts = weights / weights.max(), attempts
 
-        problem = as_it_is_now(self._problem, q, problem)
-        bounds = np.column_stack([problem.lower, problem.upper])
+    def plan(self, task: Task) -> Plan:
+        """See `LibraryState.plan`; there is one round."""
+        return Plan(_TIGHTEST, sys.maxsize)
 
-        def call(attempts: tuple[bool | None, ...], iterations: int) -> Round:
-            for simplify in attempts:
-                options = self._options if simplify is None else self._options | {"presolve": simplify}
-                if task.max_iter is not None:
-                    options = options | {"maxiter": task.max_iter}
-                if task.time_limit is not None:
-                    options = options | {"time_limit": max(task.seconds_left, 1e-3)}
-                program = {"A_ub": self._matrix, "b_ub": problem.q, "bounds": bounds, "options": options}
-                result = linprog(self._cost, **program, **self._chosen)
-                if result.status in (0, 1):
-                    break
-            return Round(
-                gap=None if result.x is None else np.asarray(result.x),
-                stop=_stop(int(result.status), str(result.message)),
-                termination=" ".join(str(result.message).split()),
-                iterations=int(result.nit),
-                claims=result.status == 0,
-            )
+    def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:
+        """See `LibraryState.set_up`."""
+        return -self.problem.G
 
-        setup_seconds, self._setup_seconds = self._setup_seconds, 0.0
-        return tightened(task, call, [self._attempts], sys.maxsize, setup_seconds=setup_seconds)
+    def vectors(self, ask: Ask) -> Vectors:
+        """See `LibraryState.vectors`; they are handed over at each call."""
+        return {}
 
-
-def _stop(status: int, message: str) -> Stop:
-    """Translate scipy's status; 1 stands for either limit, and 4 (numerical difficulties) is left to the judge."""
-    if status == 1:
-        return Stop.TIME_LIMIT if "time limit" in message.lower() else Stop.ITERATION_LIMIT
-    return Stop.DONE if status in (0, 4) else Stop.FAILED
+    def call(self, workspace: Workspace, ask: Ask) -> Reply:
+        """See `LibraryState.call`."""
+        bounds = np.column_stack([ask.problem.lower, ask.problem.upper])
+        limits = {"maxiter": ask.task.max_iter, "time_limit": None if ask.task.time_limit is None else ask.seconds}
+        told = {**limits, "primal_feasibility_tolerance": self.eps, "dual_feasibility_tolerance": self.eps}
+        program = {"A_ub": workspace, "b_ub": ask.problem.q, "bounds": bounds, **self.settings}
+        for presolve in self._attempts:
+            options = {name: value for name, value in {**told, "presolve": presolve}.items() if value is not None}
+            result = self.library.linprog(self._cost, **program, options=options)
+            if result.status in (_SOLVED, _LIMIT):
+                break
+        words = " ".join(str(result.message).split())
+        status = _TIME_LIMIT if result.status == _LIMIT and "time limit" in words.lower() else int(result.status)
+        return Reply(status, None if result.x is None else np.asarray(result.x), int(result.nit), words)

@@ -99,6 +99,15 @@ def vector(value: object, size: int, name: str, *, copied: bool = True) -> Vecto
     return array
 
 
+def positive_vector(value: object, size: int, name: str) -> Vector:
+    """Return ``value`` as a new float vector of exactly ``size`` entries > 0."""
+    array = vector(value, size, name)
+    if not array.min() > 0:
+        worst = int(np.argmin(array))
+        raise ValueError(f"{name} must be > 0 everywhere, but entry {worst} is {array[worst]:g}")
+    return array
+
+
 def refuse_non_finite(array: NDArray[np.float64], name: str, *, what: str = "entry") -> None:
     """Raise a ValueError that shows the first entry of ``array`` that is nan or infinite."""
     bad = np.flatnonzero(~np.isfinite(array))
