@@ -9,6 +9,7 @@ Measures:
     osqp        20 loads on the hexagon by OSQP in a session, against cold solves
     touchdown   touchdown loads to 1e-3 on the bowl 63², against following the events
     small       milliseconds of a solve: 2 unknowns in a session and by `solve`, 30² nodes built and solved
+    many        milliseconds a problem of `solve_many` for 1000 random loads of one matrix, against a session
 
 Times are the least of ``--repeat`` runs, taken in turn with what they are compared to.
 """
@@ -19,9 +20,11 @@ import argparse
 from collections.abc import Callable
 
 import numpy as np
+from scipy import sparse
 from timing import in_turn
 
 import contactqp as cq
+from contactqp.algebra.stencil import Stencil
 
 
 def path(repeat: int, nodes: int) -> None:
@@ -77,9 +80,42 @@ def small(repeat: int) -> None:
     print(f"{lattice.size} nodes built and solved: {1e3 * square:.1f} ms")
 
 
+def many(repeat: int) -> None:
+    line = sparse.diags_array([-1.0, 2.01, -1.0], offsets=[-1, 0, 1], shape=(20, 20)).tocsr()
+    lattices = [cq.Frame.rectangle(side + 1.0, side + 1.0).lattice(1.0) for side in (10, 20)]
+    matrices = {
+        "2 unknowns": np.array([[2.0, -1.0], [-1.0, 2.0]]),
+        "20 unknowns in a line": line,
+        "20 unknowns, dense": 21 * np.eye(20) - 1,
+        "100 unknowns, a matrix": sparse.kronsum(line[:10, :10], line[:10, :10], format="csr"),
+        "400 unknowns, a matrix": sparse.kronsum(line, line, format="csr"),
+        **{f"{lattice.size} nodes of a lattice": Stencil(lattice.mask, 1.0, 1.0) for lattice in lattices},
+    }
+    for name, matrix in matrices.items():
+        problem = cq.ContactQP(matrix, np.zeros(matrix.shape[0] if hasattr(matrix, "shape") else matrix.size))
+        forces = np.random.default_rng(0).normal(size=(1000, problem.size))
+        few = forces[:200]
+        together, alone, built = in_turn(
+            repeat,
+            lambda problem=problem, forces=forces: cq.solve_many([problem.with_forces(q) for q in forces]),
+            lambda problem=problem, few=few: session_of(problem, few),
+            lambda problem=problem, forces=forces: [problem.with_forces(q) for q in forces],
+        )
+        a, b = (together - built) / len(forces), alone / len(few)
+        print(f"many       {name}: {1e3 * a:.3f} ms a problem, {b / a:.1f} x faster than a session ({1e3 * b:.2f} ms)")
+
+
+def session_of(problem: cq.ContactQP, forces: np.ndarray) -> None:
+    solver = cq.Solver(problem)
+    for q in forces:
+        solver.solve(q=q)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("measures", nargs="*", metavar="measure", help="path, osqp, touchdown, small; all by default")
+    parser.add_argument(
+        "measures", nargs="*", metavar="measure", help="path, osqp, touchdown, small, many; all by default"
+    )
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--path", type=int, default=511)
     parser.add_argument("--touchdown", type=int, default=63)
@@ -89,6 +125,7 @@ def main() -> None:
         "osqp": lambda: osqp(given.repeat),
         "touchdown": lambda: touchdown(given.repeat, given.touchdown),
         "small": lambda: small(given.repeat),
+        "many": lambda: many(given.repeat),
     }
     unknown = sorted(set(given.measures) - set(measures))
     if unknown:

@@ -80,6 +80,11 @@ class Band:
             else:
                 self._place = as_given
 
+    @property
+    def place(self) -> NDArray[np.int64]:
+        """Where each unknown stands in the band, shape (n,)."""
+        return self._place
+
     def _width(self) -> int:
         return int(np.abs(self._place[self._rows] - self._place[self._columns]).max())
 

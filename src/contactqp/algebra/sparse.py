@@ -110,20 +110,21 @@ class SparseStiffness(Stiffness):
         return rectangle_of(self._matrix)
 
     def matvec(self, vector: Vector) -> Vector:
-        """Return G times ``vector``."""
+        """See `Stiffness.matvec`."""
         # Zeros of a small dense matrix add no rounding errors, and it is multiplied before a sparse one is looked at.
-        matrix = self._matrix if self._small is None else self._small
-        return np.asarray(matrix @ vector)
+        # For many vectors BLAS would call its threads, which stall on a busy machine.
+        one = vector.ndim == 1 and self._small is not None
+        return _times(self._small if one else self._matrix, vector)
 
     @cached_property
     def _small(self) -> NDArray[np.float64] | None:
         return np.asarray(self._matrix.toarray()) if self.size <= DENSE_SIZE else None
 
     def modulus_matvec(self, vector: Vector) -> Vector:
-        """Return |G| times ``vector``, for a Z-matrix without a second matrix."""
+        """See `Stiffness.modulus_matvec`; for a Z-matrix without a second matrix."""
         if self.positive_off_diagonal is None and self.surplus is None:
             return np.asarray(self.diagonal() * (2 * vector) - self.matvec(vector))
-        return np.asarray(self._modulus @ vector)
+        return _times(self._modulus, vector)
 
     def _moduli(self, vector: Vector, product: Vector) -> Vector:
         if self.positive_off_diagonal is None and self.surplus is None and vector.min() >= 0:
@@ -204,6 +205,11 @@ class SparseStiffness(Stiffness):
     def tocsr(self) -> csr_array:
         """Return the sparse array itself."""
         return self._matrix
+
+
+def _times(matrix: Any, vector: Vector) -> Vector:
+    """Return a matrix times a vector, or times each of the rows of an array; in the order of memory in either case."""
+    return np.ascontiguousarray((matrix @ vector.T).T)
 
 
 def checked_matrix(value: Any) -> csr_array:

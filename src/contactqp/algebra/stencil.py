@@ -145,14 +145,14 @@ class Stencil(LatticeStiffness):
         return self._joined_arms() if self.uniform else float(self.diagonal().min())
 
     def matvec(self, vector: Vector) -> Vector:
-        """Return G times a vector in node order, shape (size,)."""
+        """Return G times a vector in node order, shape (..., size)."""
         west, east, south, north = self.weights()
         padded = self.numbering.to_grid(vector, ring=1)
-        result = ((west + east) + (south + north)) * padded[1:-1, 1:-1]
-        result -= west * padded[1:-1, :-2]
-        result -= east * padded[1:-1, 2:]
-        result -= south * padded[:-2, 1:-1]
-        result -= north * padded[2:, 1:-1]
+        result = ((west + east) + (south + north)) * padded[..., 1:-1, 1:-1]
+        result -= west * padded[..., 1:-1, :-2]
+        result -= east * padded[..., 1:-1, 2:]
+        result -= south * padded[..., :-2, 1:-1]
+        result -= north * padded[..., 2:, 1:-1]
         return self.numbering.to_vector(result)
 
     def pull(self, height: _Grid) -> Vector:
@@ -177,13 +177,13 @@ class Stencil(LatticeStiffness):
         return self.numbering.to_vector(force)
 
     def pull_and_magnitude(self, height: _Grid) -> tuple[Vector, Vector]:
-        """Return the force of `pull`, and the same sum with the moduli of the differences."""
+        """Return the force of `pull`, and the same sum with the moduli of the differences; shapes (..., size)."""
         west, east, south, north = self.weights()
-        own = height[1:-1, 1:-1]
-        force, magnitude = np.zeros(self.mask.shape), np.zeros(self.mask.shape)
+        own = height[..., 1:-1, 1:-1]
+        force, magnitude = np.zeros(own.shape), np.zeros(own.shape)
         for arms, one, other in (
-            ((west, east), height[1:-1, :-2], height[1:-1, 2:]),
-            ((south, north), height[:-2, 1:-1], height[2:, 1:-1]),
+            ((west, east), height[..., 1:-1, :-2], height[..., 1:-1, 2:]),
+            ((south, north), height[..., :-2, 1:-1], height[..., 2:, 1:-1]),
         ):
             first, second = own - one, own - other
             force += arms[0] * first + arms[1] * second

@@ -77,11 +77,11 @@ class Stiffness(ABC):
 
     @abstractmethod
     def matvec(self, vector: Vector) -> Vector:
-        """Return G times ``vector``."""
+        """Return G times ``vector``, shape (..., size): each of many vectors, which stand in rows."""
 
     @abstractmethod
     def modulus_matvec(self, vector: Vector) -> Vector:
-        """Return |G| times ``vector``."""
+        """Return |G| times ``vector``, shape (..., size)."""
 
     @abstractmethod
     def diagonal(self) -> Vector:
@@ -109,12 +109,13 @@ class Stiffness(ABC):
 
         Parameters
         ----------
-        vector : array, shape (size,)
-        force : array, shape (size,), or 0
+        vector : array, shape (..., size)
+            Many vectors stand in rows.
+        force : array, shape (..., size), or 0
 
         Returns
         -------
-        product, bound : array, shape (size,)
+        product, bound : array, shape (..., size)
             The exact G vector + force is within the bound of the product.
         """
         product = self.matvec(vector)

@@ -11,12 +11,15 @@ import numpy as np
 from ..foundation.checks import Vector
 from ..foundation.loading import load_modules, working_seconds
 from ..foundation.threads import Team
+from ..methods.active_set.cases import CaseSolver
 from ..methods.active_set.primal_dual import ActiveSet
 from ..methods.factors import DIRECT_SIZE
 from ..problem.contact_qp import ContactQP
-from .base import Answer, Backend, Need, State, Stop, Task, as_it_is_now
+from ..problem.load_cases import LoadCases
+from .base import Answer, Backend, CaseAnswers, Need, State, Stop, Task, as_it_is_now
 
 _MAX_STEPS = 500
+_AT_REST = "nothing moves any more"
 _LOOK_EVERY = 20
 """Steps after which the judge is asked: a set may move by rounding errors for ever."""
 
@@ -55,6 +58,7 @@ class _Prepared(State):
         started = working_seconds()
         self._problem, self._history, self._solver = problem, history, prepared(problem, task)
         self._setup_seconds = working_seconds() - started
+        self._cases: CaseSolver | None = None
 
     def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
         """See `State.solve`."""
@@ -66,6 +70,16 @@ class _Prepared(State):
         budget = _MAX_STEPS if task.max_iter is None else task.max_iter
         answer = iterate(self._solver, problem, task, budget, self._history)
         return replace(answer, setup_seconds=answer.setup_seconds + setup_seconds)
+
+    def answers(self, cases: LoadCases, asked: int) -> CaseAnswers | None:
+        """See `State.answers`."""
+        started = working_seconds()
+        if self._cases is None and not self._history:
+            self._cases = CaseSolver.of(self._problem.G, len(cases.q), asked)
+        if self._cases is None or not self._cases.affordable:
+            return None
+        gaps, steps = self._cases.solve(cases.q, cases.lower, cases.upper)
+        return CaseAnswers(gaps, steps, _AT_REST, ActiveSetBackend.iteration_unit, working_seconds() - started)
 
 
 def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:
@@ -136,7 +150,7 @@ def iterate(solver: ActiveSet, problem: ContactQP, task: Task, budget: int, hist
         if history:
             records.append((float(step.exchanged), problem.objective(solver.feasible())))
         if step.finished:
-            stop, why = Stop.DONE, "nothing moves any more"
+            stop, why = Stop.DONE, _AT_REST
         elif steps % _LOOK_EVERY == 0 and task.accepts(solver.feasible()):
             stop, why = Stop.DONE, "certified, though nodes without gap and reaction still change sides,"
         elif task.seconds_left <= 0:

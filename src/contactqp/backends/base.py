@@ -16,11 +16,13 @@ from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import MissingBackendError, UnsuitableProblemError
 from ..foundation.checks import Vector, nearest
 from ..foundation.progress import Progress, silent
 from ..problem.contact_qp import ContactQP
+from ..problem.load_cases import LoadCases
 
 
 class Stop(StrEnum):
@@ -204,6 +206,37 @@ class Answer:
         return self.stop is Stop.DONE if self.claimed_solved is None else self.claimed_solved
 
 
+@dataclass
+class CaseAnswers:
+    """A backend's answers to many load cases, and raw facts.
+
+    Attributes
+    ----------
+    gaps : array, shape (cases, n)
+        Dimensionless.
+    iterations : array of int, shape (cases,)
+        In the method's own unit; 0 where a case has not been solved, and is better asked for by itself.
+    termination : str
+        The method's own words for the end of those that have.
+    unit : str
+        That of the iterations.
+    seconds : float
+        Time spent on all of them.
+    """
+
+    gaps: Vector
+    iterations: NDArray[np.int64]
+    termination: str
+    unit: str
+    seconds: float
+
+    def answer(self, case: int) -> Answer:
+        """Return the answer to one case that has been solved."""
+        steps = int(self.iterations[case])
+        told = f"{self.termination} after {steps} {self.unit}s"
+        return Answer(self.gaps[case], Stop.DONE, told, steps, 0.0, self.seconds / len(self.gaps))
+
+
 class State(ABC):
     """What a backend keeps of a problem from load to load: a workspace, a hierarchy, factors."""
 
@@ -220,6 +253,20 @@ class State(ABC):
             The dimensionless problem as it is now: it has the forces ``q`` and the matrix that was prepared, and bounds
             of the same kinds, though their values and the reference may differ. By default the prepared one.
         """
+
+    def answers(self, cases: LoadCases, asked: int) -> CaseAnswers | None:
+        """Return answers to many load cases at once, or None where each is better asked for by itself.
+
+        Parameters
+        ----------
+        cases : LoadCases
+            Dimensionless, with the matrix that was prepared and bounds of the same kinds; one unit of length serves for
+            all, so that their own gap scales are at most one. Without limits, options and warm starts: a case that
+            needs more than usual is left.
+        asked : int
+            Cases that the state has been asked for so far, with these: whether more work of its own is worth it.
+        """
+        return None
 
 
 def as_it_is_now(prepared: ContactQP, q: Vector, problem: ContactQP | None) -> ContactQP:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..foundation.checks import finite_number, integer_at_least, real_array
-from .base import Answer, Backend, Stop
+from .base import Answer, Backend, CaseAnswers, Stop
 
 _DECLARED = "name", "summary", "package", "iteration_unit"
 
@@ -75,6 +75,38 @@ def checked_answer(backend: Backend, answer: Any, size: int) -> Answer:
         return answer
     words = f"{answer.termination}; but the gap is {gap[bad[0]]} at unknown {bad[0]} ({bad.size} of {size} not finite)"
     return replace(answer, stop=Stop.FAILED, termination=words, claimed_solved=answer.claimed)
+
+
+def checked_cases(backend: Backend, found: Any, shape: tuple[int, ...]) -> CaseAnswers | None:
+    """Return a backend's answers to load cases, or None if it has none.
+
+    Parameters
+    ----------
+    backend : Backend
+    found : CaseAnswers or None
+        Anything else is refused.
+    shape : tuple of int
+        Of the cases' forces: (cases, n).
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is neither, or an array has the wrong kind or shape; the message names backend and part.
+    """
+    said = f"backend {backend.name!r} returned"
+    if found is None:
+        return None
+    if not isinstance(found, CaseAnswers):
+        raise TypeError(
+            f"{said} {_described(found)} where CaseAnswers are needed (contactqp.backends.base.CaseAnswers)"
+        )
+    gaps = real_array(found.gaps, f"the gaps that {said}", copied=False)
+    steps = np.asarray(found.iterations)
+    if gaps.shape != shape or steps.shape != shape[:1]:
+        raise ValueError(
+            f"gaps and iterations that {said} must have shapes {shape} and {shape[:1]}, got {gaps.shape}, {steps.shape}"
+        )
+    return replace(found, gaps=gaps, iterations=steps)
 
 
 def _called(backend: Backend) -> str:

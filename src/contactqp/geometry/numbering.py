@@ -68,7 +68,7 @@ class Numbering:
 
         Parameters
         ----------
-        vector : array, shape (size,)
+        vector : array, shape (..., size)
         ring : int
             How many rows and columns of frame points to leave on each side of the mask.
         fill : float
@@ -76,22 +76,35 @@ class Numbering:
 
         Returns
         -------
-        array, shape (rows + 2 ring, columns + 2 ring)
+        array, shape (..., rows + 2 ring, columns + 2 ring)
         """
-        shape = self.rows + 2 * ring, self.columns + 2 * ring
+        rows, columns = self.rows + 2 * ring, self.columns + 2 * ring
+        shape = *vector.shape[:-1], rows, columns
         grid = np.full(shape, fill, dtype=np.result_type(vector.dtype, type(fill)))
-        inner = grid[ring : shape[0] - ring, ring : shape[1] - ring]
+        inner = grid[..., ring : rows - ring, ring : columns - ring]
         if self._fills_box:
-            place = inner[self.box]
+            place = inner[..., *self.box]
             place[...] = vector.reshape(place.shape)
         else:
-            inner[self.mask] = vector
+            inner[..., self.mask] = vector
         return grid
 
     def to_vector(self, grid: NDArray[Any], *, ring: int = 0) -> NDArray[Any]:
-        """Return a new vector of the nodes' values on an array that has such a ring about the mask."""
-        inner = grid[ring : grid.shape[0] - ring, ring : grid.shape[1] - ring]
-        return inner[self.box].flatten() if self._fills_box else inner[self.mask]
+        """Return a new vector of the nodes' values on an array that has such a ring about the mask.
+
+        Parameters
+        ----------
+        grid : array, shape (..., rows + 2 ring, columns + 2 ring)
+
+        Returns
+        -------
+        array, shape (..., size)
+        """
+        rows, columns = grid.shape[-2:]
+        inner = grid[..., ring : rows - ring, ring : columns - ring]
+        if not self._fills_box:
+            return np.ascontiguousarray(inner[..., self.mask])
+        return inner[..., *self.box].flatten().reshape(*grid.shape[:-2], self.size)
 
 
 class Layout(Numbering):

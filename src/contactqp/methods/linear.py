@@ -44,7 +44,7 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
     >>> solve(np.array([1.0, 1.0])), exact
     (array([1., 1.]), True)
     """
-    if stiffness.size <= DIRECT_SIZE or stiffness.without_fill or not _can_compile():
+    if stiffness.size <= DIRECT_SIZE or stiffness.without_fill or not can_compile():
         factors = factorised(stiffness.tocsr())
         return None if factors is None else (factors, True)
     lattice = stiffness.lattice
@@ -74,7 +74,7 @@ def preconditioner(matrix: csr_array, candidate: Vector) -> Solve | None:
     callable or None
         None where the matrix turns out not to be positive definite, or without numba.
     """
-    if not _can_compile():
+    if not can_compile():
         return None
     load_modules("scipy.linalg")
     from scipy.linalg import LinAlgError
@@ -113,5 +113,6 @@ def free_set_solver(stiffness: Stiffness, free: Mask) -> tuple[Solve, bool] | No
 
 
 @cache
-def _can_compile() -> bool:
+def can_compile() -> bool:
+    """Whether there is a compiler for kernels."""
     return find_spec("numba") is not None

@@ -412,8 +412,8 @@ class ContactModel(ABC):
         if barrier is None:
             return None
         v, load = barrier.v, self.nodal_load
-        mean = barrier.mean_deflection(np.maximum(load, 0.0), v)
-        suction = barrier.mean_deflection(np.maximum(-load, 0.0), v) if load.min() < 0 else 0.0
+        mean = float(barrier.mean_deflection(np.maximum(load, 0.0), v))
+        suction = float(barrier.mean_deflection(np.maximum(-load, 0.0), v)) if load.min() < 0 else 0.0
         # Vectors of this length are made seldom: on large lattices that is what takes the time.
         down = mean * v
         down /= v.mean()

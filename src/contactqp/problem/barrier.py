@@ -65,7 +65,7 @@ class Barrier:
         """Lower bound of G v, rounding errors included, shape (n,)."""
         return self._s
 
-    def mean_deflection(self, force: Vector, v: Vector | None = None) -> float:
+    def mean_deflection(self, force: Vector, v: Vector | None = None) -> Vector:
         """Return an upper bound of the mean over the unknowns of G⁻¹ force, for a force >= 0.
 
         The mean is that of force · G⁻¹1, as G is symmetric, and G⁻¹1 <= v / min s because G(v / min s) >= 1. It is
@@ -73,16 +73,20 @@ class Barrier:
 
         Parameters
         ----------
-        force : array, shape (n,)
+        force : array, shape (..., n)
             Force, >= 0.
         v : array, shape (n,), optional
             The barrier's, where it is at hand: a parabola's is made anew each time.
+
+        Returns
+        -------
+        array, shape (...)
         """
         v = self.v if v is None else v
         with np.errstate(over="ignore"):
             share = force / self.s.min()
             share /= v.size
-            return float(v @ share)
+            return np.asarray(np.vecdot(share, v))
 
     @property
     def reach(self) -> float:

@@ -3,57 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..algebra.sparse import SparseStiffness
-from ..algebra.stiffness import LatticeStiffness, Stiffness
-from ..foundation.checks import Mask, Vector, positive_number, read_only, times, vector
+from ..algebra.stiffness import Stiffness
+from ..foundation.checks import Vector, positive_number, read_only, times, vector
 from ..geometry.numbering import Grid, Layout
 from .barrier import Barrier
 from .bounds import Bounds
 from .facts import MatrixFacts
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+from .posed import Posed, Units
 
 _GapScale: TypeAlias = "float | Callable[[Barrier | None], float | None] | None"
 """A length, or what finds one by the barrier; None leaves it to the problem."""
 
 
-@dataclass(frozen=True)
-class Units:
-    """What a dimensionless problem's numbers are worth in the original problem's.
-
-    Attributes
-    ----------
-    length : float or array, shape (n,)
-        Unit of the gap (length); each unknown of a matrix has its own.
-    force : float or array, shape (n,)
-        Unit of q and of the reaction (force).
-    origin : float or array, shape (n,)
-        The gap (length) that the dimensionless gap zero stands for: zero itself wherever the bounds admit it.
-    """
-
-    length: float | Vector
-    force: float | Vector
-    origin: float | Vector = 0.0
-
-    def gap(self, dimensionless: Vector) -> Vector:
-        """Return the original problem's gap (length), shape (n,)."""
-        length = dimensionless * self.length
-        return length if isinstance(self.origin, float) and self.origin == 0 else length + self.origin
-
-    def dimensionless(self, gap: Vector) -> Vector:
-        """Return the dimensionless problem's gap, shape (n,)."""
-        return np.asarray((gap - self.origin) / self.length)
-
-
-class ContactQP:
+class ContactQP(Posed):
     r"""A contact problem as a quadratic program: min ½ωᵀGω + qᵀω subject to l ≤ ω ≤ u.
 
     Its optimality conditions are a complementarity problem with the gap ω and the reaction R = Gω + q: R ≥ 0 where
@@ -152,7 +121,7 @@ class ContactQP:
         frame_reference: Grid | None,
     ) -> None:
         """Set what a problem is made of, all of it checked before."""
-        self.facts, self.q, self.bounds = facts, q, bounds
+        super().__init__(facts, q, bounds)
         self._own_gap_scale = gap_scale
         self.reference = bounds.nearest_zero if reference is None else reference
         self.frame_reference = frame_reference
@@ -225,50 +194,6 @@ class ContactQP:
         return True
 
     @property
-    def stiffness(self) -> Stiffness:
-        """The stiffness G, as it is held."""
-        return self.facts.stiffness
-
-    @property
-    def size(self) -> int:
-        """Number of unknowns n."""
-        return self.stiffness.size
-
-    @property
-    def G(self) -> csr_array:
-        """The stiffness as a sparse array, read-only; assembled at the first call."""
-        return self.facts.G
-
-    @property
-    def stencil(self) -> LatticeStiffness | None:
-        """The stiffness as a lattice stencil, or None where G was given as a matrix."""
-        return self.stiffness.lattice
-
-    @property
-    def lower(self) -> Vector:
-        """Lower bound of the gap (length), shape (n,), read-only; -inf where there is no support."""
-        return self.bounds.lower
-
-    @property
-    def upper(self) -> Vector:
-        """Upper bound of the gap (length), shape (n,), read-only; inf where there is no ceiling."""
-        return self.bounds.upper
-
-    @property
-    def supported(self) -> Mask:
-        """Where there is a lower bound, shape (n,), read-only."""
-        return self.bounds.supported
-
-    @property
-    def one_sided(self) -> bool:
-        """Whether there is no upper bound."""
-        return self.bounds.one_sided
-
-    def project(self, gap: Vector) -> Vector:
-        """Return the admissible gap nearest to a gap, node by node (length), shape (n,)."""
-        return self.bounds.project(gap)
-
-    @property
     def layout(self) -> Layout:
         """The lattice's nodes along its rows, those with the same kind of bounds together.
 
@@ -301,50 +226,6 @@ class ContactQP:
             np.copyto(grid, frame, where=~np.pad(layout.mask, 1))
         return grid
 
-    @property
-    def positive_off_diagonal(self) -> tuple[int, int, float] | None:
-        """Row, column and value of the largest positive off-diagonal entry, or None for a Z-matrix."""
-        return self.stiffness.positive_off_diagonal
-
-    @property
-    def is_z_matrix(self) -> bool:
-        """Whether every off-diagonal entry of G is <= 0."""
-        return self.positive_off_diagonal is None
-
-    @property
-    def is_m_matrix(self) -> bool:
-        """Whether G is a Z-matrix with a verified `barrier`."""
-        return self.barrier is not None
-
-    @property
-    def barrier(self) -> Barrier | None:
-        """A vector v > 0 with Gv > 0 that proves G an M-matrix, or None where G is no Z-matrix.
-
-        Raises
-        ------
-        ValueError
-            If G turns out not to be positive definite.
-        """
-        return self.facts.barrier
-
-    @property
-    def comparison_barrier(self) -> Barrier | None:
-        """A vector v > 0 with ⟨G⟩v > 0, where ⟨G⟩ is G with its off-diagonal entries made ≤ 0, or None.
-
-        It proves G an H-matrix, for which an enclosure is known as well (see `contactqp.proof.beyond_m_matrices`).
-        """
-        return self.facts.comparison_barrier
-
-    @property
-    def least_eigenvalue(self) -> tuple[float, Vector] | None:
-        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None where none is proven."""
-        return self.facts.least_eigenvalue
-
-    @property
-    def estimated_least_eigenvalue(self) -> float:
-        """An estimate > 0 of the smallest eigenvalue of G with its diagonal scaled to ones; no bound, and no proof."""
-        return self.facts.estimated_least_eigenvalue
-
     def prepare(self) -> None:
         """Find the facts about the matrix that judging needs, so that they cost no time later."""
         _ = self.gap_scale, self.is_m_matrix
@@ -355,11 +236,8 @@ class ContactQP:
         given = self._own_gap_scale(self.barrier) if callable(self._own_gap_scale) else self._own_gap_scale
         if given is not None:
             return given
-        for force in (self._opening_forces, np.abs(self._forces_at_origin)):
-            if self.barrier is not None:
-                scale = self.barrier.mean_deflection(force)
-            else:
-                scale = float((force / self.stiffness.diagonal()).max())
+        for every in (False, True):
+            scale = float(self._mean_distance(self._forces_at_origin) if every else self.mean_opening)
             if not np.isfinite(scale):
                 raise ValueError("the ranges of G and q are too wide for double precision: the gap scale overflows")
             if scale > 0:
@@ -368,25 +246,10 @@ class ContactQP:
         sizes = np.abs(self.bounds.nearest_zero).max(), self.bounds.least_magnitude
         return next((float(size) for size in sizes if size > 0), 1.0)
 
-    @property
-    def _forces_at_origin(self) -> Vector:
-        """Reaction at the admissible gap nearest to zero (force), shape (n,)."""
-        origin = self.bounds.nearest_zero
-        return self.q if isinstance(origin, float) else self.stiffness.matvec(origin) + self.q
-
-    @property
-    def _opening_forces(self) -> Vector:
-        """Moduli of the forces that move the admissible gap nearest to zero, which the bounds there do not balance."""
-        origin, force = self.bounds.nearest_zero, self._forces_at_origin
-        opening = np.where(self.upper > origin, np.maximum(-force, 0.0), 0.0)
-        return np.where(self.lower < origin, np.maximum(force, opening), opening)
-
     @cached_property
     def shut(self) -> bool:
         """Whether no force moves the admissible gap nearest to zero: then it is the solution."""
-        if self.one_sided and (self._forces_at_origin < 0).any():
-            return False
-        return not self._opening_forces.any()
+        return not self.opens
 
     def objective(self, gap: ArrayLike) -> float:
         """Return ½ωᵀGω + qᵀω (force times length): the potential energy less that of the gap zero."""
@@ -405,20 +268,13 @@ class ContactQP:
         length for each unknown, which keeps it symmetric and its signs. The gap zero is always admissible: where the
         bounds exclude it, the dimensionless gap is counted from the admissible one nearest to it.
         """
-        with np.errstate(over="ignore"):
-            stiffness, relative, largest = self.facts.dimensionless
-            origin = self.bounds.nearest_zero
-            units = Units(self.gap_scale * relative, self.gap_scale * largest / relative, origin)
-            q = read_only(self._forces_at_origin / units.force)
-        if not (np.isfinite(q).all() and stiffness.finite):
-            raise ValueError("the ranges of G and q are too wide for double precision: the scaled problem overflows")
+        q, bounds, units = self.in_units(self.gap_scale)
+        origin = units.origin
         if isinstance(self.reference, float) or not isinstance(origin, float):
             reference = (self.reference - origin) / units.length
         else:
             reference = times(self.reference, 1 / units.length)
         frame = None if self.frame_reference is None else self.frame_reference / units.length
-        with np.errstate(over="ignore"):
-            bounds = self.bounds.scaled(origin, units.length)
         return ContactQP._of(self.facts.scaled, q, bounds, 1.0, reference, frame), units
 
     def __repr__(self) -> str:

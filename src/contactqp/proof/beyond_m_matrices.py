@@ -46,7 +46,7 @@ from ..methods.factors import DIRECT_SIZE
 from .enclosure import Base, Enclosure, distance, limit, multiples
 
 if TYPE_CHECKING:
-    from ..problem.contact_qp import ContactQP
+    from ..problem.posed import Posed
 
 
 COMPARISON, EIGENVALUE = "comparison matrix", "smallest eigenvalue"
@@ -71,7 +71,7 @@ class WeakerProof(ABC):
 
     kind: ClassVar[str]
 
-    def __init__(self, problem: ContactQP) -> None:
+    def __init__(self, problem: Posed) -> None:
         self.problem = problem
 
     @abstractmethod
@@ -99,7 +99,7 @@ class _ByComparison(WeakerProof):
 
     kind = COMPARISON
 
-    def __init__(self, problem: ContactQP, v: Vector, s: Vector) -> None:
+    def __init__(self, problem: Posed, v: Vector, s: Vector) -> None:
         super().__init__(problem)
         self._v, self._s = v, s
 
@@ -108,7 +108,7 @@ class _ByComparison(WeakerProof):
 
     def about(self, answer: Vector, base: Base) -> Enclosure:
         found = multiples(self.problem, base, self._v, self._s)
-        return self._laid(answer, base, max(found.raise_by, found.lower_by) * self._v * _GROW + UNDERFLOW)
+        return self._laid(answer, base, np.maximum(found.raise_by, found.lower_by) * self._v * _GROW + UNDERFLOW)
 
 
 class _ByEigenvalue(WeakerProof):
@@ -116,7 +116,7 @@ class _ByEigenvalue(WeakerProof):
 
     kind = EIGENVALUE
 
-    def __init__(self, problem: ContactQP, least: float, units: Vector) -> None:
+    def __init__(self, problem: Posed, least: float, units: Vector) -> None:
         super().__init__(problem)
         self._least, self._units = least, units
 
@@ -157,7 +157,7 @@ class _ByEigenvalue(WeakerProof):
         return Base.accurate(problem, high, low) if low.any() else Base.of(problem, high)
 
 
-def weaker_proof(problem: ContactQP) -> WeakerProof | None:
+def weaker_proof(problem: Posed) -> WeakerProof | None:
     """Return the way to enclose the solution for a matrix that is no M-matrix, or None where none is known."""
     comparison = problem.comparison_barrier
     if comparison is not None:
@@ -166,18 +166,18 @@ def weaker_proof(problem: ContactQP) -> WeakerProof | None:
     return None if least is None else _ByEigenvalue(problem, *least)
 
 
-def weaker_enclosure(problem: ContactQP, answer: Vector) -> Enclosure | None:
+def weaker_enclosure(problem: Posed, answer: Vector) -> Enclosure | None:
     """Return an enclosure of the solution for a matrix that is no M-matrix, or None where none is known."""
     proof = weaker_proof(problem)
     return None if proof is None else proof.about(answer, proof.first_base(answer))
 
 
-def repaired(problem: ContactQP, answer: Vector, first: Enclosure) -> Enclosure:
+def repaired(problem: Posed, answer: Vector, first: Enclosure) -> Enclosure:
     """Return an enclosure within ``first``, laid about the answer after some Newton steps.
 
     Parameters
     ----------
-    problem : ContactQP
+    problem : Posed
         With a matrix that is no M-matrix.
     answer : array, shape (n,)
         A finite gap (length).
@@ -206,9 +206,7 @@ def repaired(problem: ContactQP, answer: Vector, first: Enclosure) -> Enclosure:
     return best
 
 
-def _corrected(
-    problem: ContactQP, proof: WeakerProof, best: Enclosure, base: Base, free: Mask
-) -> tuple[Base, Enclosure]:
+def _corrected(problem: Posed, proof: WeakerProof, best: Enclosure, base: Base, free: Mask) -> tuple[Base, Enclosure]:
     """Return the base that solves the free nodes' equations with the others held, and the enclosure met with it."""
     about = partial(proof.about, best.answer)
     found = about(base)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..foundation.text import at_most
 from ..models.base import ContactModel
 from ..problem.contact_qp import ContactQP
 from .beyond_m_matrices import COMPARISON, EIGENVALUE
-from .enclosure import Enclosure, certain_contact, certainly_free, middle_and_radius
+from .enclosure import Enclosure, Proven, middle_and_radius, proven
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,6 +24,12 @@ if TYPE_CHECKING:
 
 _NOWHERE: Mask = np.zeros(0, dtype=np.bool_)
 """Stands for nodes of which none is meant, however many there are."""
+
+
+@lru_cache(maxsize=16)
+def _nowhere(size: int) -> Mask:
+    """Return a mask of no node, which takes no memory, but longer to make than it should."""
+    return np.broadcast_to(np.False_, (size,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,21 +71,26 @@ class Certificate:
     def __post_init__(self) -> None:
         """Without an upper bound no node is in contact with one."""
         if self.contact_upper is _NOWHERE:
-            object.__setattr__(self, "contact_upper", np.broadcast_to(np.False_, self.contact.shape))
+            object.__setattr__(self, "contact_upper", _nowhere(self.contact.size))
 
     @classmethod
     def of(cls, problem: ContactQP, found: Enclosure) -> Certificate:
         """Return what an enclosure of the solution proves."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            lower, upper = found.bounds(problem.bounds)
-            if not (np.isfinite(found.bound) and np.isfinite(lower).all() and np.isfinite(upper).all()):
-                return cls.unknown(problem, found.barrier)
-            at_lower, at_upper = certain_contact(problem, lower, upper)
-        lower[at_lower] = upper[at_lower] = problem.lower[at_lower]
-        lower[at_upper] = upper[at_upper] = problem.upper[at_upper]
-        clear = certainly_free(problem, lower, upper)
-        above = _NOWHERE if problem.one_sided else at_upper
-        return cls(problem, lower, upper, found.bound, at_lower | at_upper, clear, found.barrier, contact_upper=above)
+        return cls.of_case(problem, proven(problem, found))
+
+    @classmethod
+    def of_case(cls, problem: ContactQP, found: Proven, case: int | tuple[()] = ()) -> Certificate:
+        """Return the certificate of one of the cases that something is proven of; by default there is only one."""
+        if not found.finite[case]:
+            return cls.unknown(problem, found.barrier)
+        vectors: list[Any] = [found.lower[case], found.upper[case], found.contact[case], found.clear[case]]
+        if not problem.one_sided:
+            vectors.append(found.at_upper[case])
+        if found.lower.ndim > 1:  # one that is kept must not hold the numbers of all the others
+            vectors = [values.copy() for values in vectors]
+        lower, upper, contact, clear, *above = vectors
+        bound = float(found.error_bound[case])
+        return cls(problem, lower, upper, bound, contact, clear, found.barrier, None, *above)
 
     @classmethod
     def unknown(cls, problem: ContactQP, barrier: str) -> Certificate:

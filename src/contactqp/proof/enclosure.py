@@ -49,11 +49,16 @@ two, hence θ ≤ max(τ⁺, τ⁻)/(1 - ε) if ε < 1, and it is enough to add 
 
 All this is evaluated in floating point with every rounding bounded (Higham, *Accuracy and Stability of Numerical
 Algorithms*, 2002, ch. 3), so that it holds for the stored doubles G and q.
+
+*Many at once.* Vectors count the unknowns along their last axis. Where forces and answers have shape (cases, n), what
+is said of a problem is said of each case by itself, by the same passes: none of them adds or compares numbers of two
+cases.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -61,7 +66,7 @@ from ..algebra.stiffness import growth_bound
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import DIFFERENCES, UNDERFLOW, UNIT_ROUNDOFF, gamma
 from ..problem.bounds import Bounds
-from ..problem.contact_qp import ContactQP
+from ..problem.posed import Posed
 
 _GROW = 1 + 16 * UNIT_ROUNDOFF
 
@@ -72,9 +77,9 @@ class Base:
 
     Attributes
     ----------
-    high, low : array, shape (n,)
+    high, low : array, shape (..., n)
         The base is high + low (length).
-    reaction, error : array, shape (n,)
+    reaction, error : array, shape (..., n)
         R(base) as computed, and a bound of its error (force).
     """
 
@@ -84,13 +89,13 @@ class Base:
     error: Vector
 
     @classmethod
-    def of(cls, problem: ContactQP, omega: Vector) -> Base:
+    def of(cls, problem: Posed, omega: Vector) -> Base:
         """Return ``omega`` with its reaction in plain double precision."""
         reaction, error = problem.stiffness.enclosed_product(omega, problem.q)
         return cls(omega, np.zeros(1), reaction, error)
 
     @classmethod
-    def accurate(cls, problem: ContactQP, high: Vector, low: Vector) -> Base:
+    def accurate(cls, problem: Posed, high: Vector, low: Vector) -> Base:
         """Return high + low with its reaction in about twice the precision."""
         return cls(high, low, *problem.stiffness.accurate_product(high, low, problem.q))
 
@@ -103,7 +108,7 @@ class Enclosure:
 
     Attributes
     ----------
-    answer, fall, rise : array, shape (n,)
+    answer, fall, rise : array, shape (..., n)
     barrier : str
         The kind of barrier.
     """
@@ -113,11 +118,16 @@ class Enclosure:
     rise: Vector
     barrier: str
 
+    @cached_property
+    def error_bound(self) -> Vector:
+        """Bound of max|answer - ω*|, infinite where numbers overflow, shape (...)."""
+        largest = np.maximum(self.fall.max(axis=-1), self.rise.max(axis=-1))
+        return np.where(np.isnan(largest), np.inf, np.maximum(largest, 0.0))
+
     @property
     def bound(self) -> float:
-        """Bound of max|answer - ω*|, infinite where numbers overflow."""
-        largest = float(np.maximum(self.fall.max(), self.rise.max()))
-        return np.inf if np.isnan(largest) else max(largest, 0.0)
+        """Bound of max|answer - ω*| for one answer, infinite where numbers overflow."""
+        return float(self.error_bound)
 
     @property
     def least_error(self) -> float:
@@ -147,20 +157,20 @@ class Multiples:
 
     Attributes
     ----------
-    raise_by, lower_by : float
-    held, held_above : array of bool, shape (n,)
+    raise_by, lower_by : array, shape (..., 1)
+    held, held_above : array of bool, shape (..., n)
         Whether node i, if v_i = 0, stays at its lower bound when the others are raised, and at its upper bound when
         they are lowered; True where nothing is asked of it.
     """
 
-    raise_by: float
-    lower_by: float
+    raise_by: Vector
+    lower_by: Vector
     held: Mask
     held_above: Mask
 
 
 def multiples(
-    problem: ContactQP,
+    problem: Posed,
     base: Base,
     v: Vector,
     s: Vector,
@@ -174,10 +184,10 @@ def multiples(
 
     Parameters
     ----------
-    problem : ContactQP
+    problem : Posed
         With an M-matrix.
     base : Base
-        At a bound wherever v is zero.
+        At a bound wherever v is zero; of each case one.
     v, s : array, shape (n,)
         v ≥ 0 and s ≤ Gv, with s_i > 0 wherever v_i > 0.
     proven_contact : array of bool, shape (n,), optional
@@ -205,15 +215,15 @@ def multiples(
             lowering = np.maximum(lowering, room - below_upper)
             at_upper = (base.high == upper) & ~reaching
         raising = np.where(problem.supported, np.maximum(raising, slack - above_lower), raising)
-        raise_by = float(raising.max(where=reaching, initial=0.0)) * _GROW + UNDERFLOW
-        lower_by = float(lowering.max(where=reaching, initial=0.0)) * _GROW + UNDERFLOW
+        raise_by = _largest(raising, reaching) * _GROW + UNDERFLOW
+        lower_by = _largest(lowering, reaching) * _GROW + UNDERFLOW
         if known is None:
-            more = _surplus_share(problem, v, s) * max(raise_by, lower_by)
+            more = _surplus_share(problem, v, s) * np.maximum(raise_by, lower_by)
             raise_by, lower_by = (raise_by + more) * _GROW, (lower_by + more) * _GROW
         left = base.reaction - base.error + raise_by * s
         certain = 8 * UNIT_ROUNDOFF * np.abs(base.reaction)
         held = reaching | at_upper | (left >= certain)
-        held_above = np.ones(problem.size, dtype=np.bool_)
+        held_above = np.ones(held.shape, dtype=np.bool_)
         if not problem.one_sided:
             held_above = ~at_upper | (lower_by * s - base.error - base.reaction >= certain)
     if proven_contact is not None:
@@ -222,7 +232,12 @@ def multiples(
     return Multiples(raise_by, lower_by, held, held_above)
 
 
-def _surplus_share(problem: ContactQP, v: Vector, s: Vector) -> float:
+def _largest(numbers: Vector, chosen: Mask) -> Vector:
+    """Return the largest of the chosen numbers of each case, at least zero, shape (..., 1)."""
+    return np.asarray(numbers.max(axis=-1, keepdims=True, where=chosen, initial=0.0))
+
+
+def _surplus_share(problem: Posed, v: Vector, s: Vector) -> float:
     """Return ε/(1 - ε), rounded upwards; infinite where the entries that count as zero are too large for a proof."""
     surplus = problem.stiffness.surplus
     if surplus is None:
@@ -233,7 +248,7 @@ def _surplus_share(problem: ContactQP, v: Vector, s: Vector) -> float:
     return part / (1 - part) * _GROW if part < 0.5 else np.inf
 
 
-def _surplus_error(problem: ContactQP, base: Base, known: Enclosure) -> Vector | float:
+def _surplus_error(problem: Posed, base: Base, known: Enclosure) -> Vector | float:
     r"""Return a bound of \|E(ω* - b)\|, with E the entries that count as zero, for a solution in a known enclosure."""
     if problem.stiffness.surplus is None:
         return 0.0
@@ -242,7 +257,7 @@ def _surplus_error(problem: ContactQP, base: Base, known: Enclosure) -> Vector |
     return _spread(problem, farther)
 
 
-def _spread(problem: ContactQP, reach: Vector) -> Vector | float:
+def _spread(problem: Posed, reach: Vector) -> Vector | float:
     """Return E times a vector ≥ 0, rounded upwards, with E the entries that count as zero."""
     surplus = problem.stiffness.surplus
     if surplus is None:
@@ -265,12 +280,13 @@ def enclosure_about(
     upper bound.
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        raise_by = found.raise_by if found.held.all() else np.inf
-        lower_by = found.lower_by if found.held_above.all() else np.inf
+        raise_by = np.where(found.held.all(axis=-1, keepdims=True), found.raise_by, np.inf)
+        lower_by = np.where(found.held_above.all(axis=-1, keepdims=True), found.lower_by, np.inf)
         shift = (base.high - answer) + base.low
         slack = 8 * UNIT_ROUNDOFF * (np.abs(base.high - answer) + np.abs(base.low))
-        up = np.full(v.shape, np.inf) if np.isinf(raise_by) else raise_by * v * _GROW
-        down = np.full(v.shape, np.inf) if np.isinf(lower_by) else lower_by * v * _GROW
+        # Of an infinite multiple and a zero nothing is known.
+        up = np.where(np.isinf(raise_by), np.inf, raise_by * v * _GROW)
+        down = np.where(np.isinf(lower_by), np.inf, lower_by * v * _GROW)
         rise, fall = _widened(shift + up, slack), _widened(down - shift, slack)
         limit(answer, admissible, fall, rise)
     return Enclosure(answer, fall, rise, barrier)
@@ -289,12 +305,12 @@ def _widened(distance: Vector, slack: Vector) -> Vector:
     return distance + (slack + 8 * UNIT_ROUNDOFF * np.abs(distance) + UNDERFLOW)
 
 
-def relaxed(problem: ContactQP, lower: Vector, upper: Vector, sweeps: int = 1) -> tuple[Vector, Vector]:
+def relaxed(problem: Posed, lower: Vector, upper: Vector, sweeps: int = 1) -> tuple[Vector, Vector]:
     """Return bounds of the solution after some sweeps of monotone projected relaxation, which never widens them.
 
     Parameters
     ----------
-    problem : ContactQP
+    problem : Posed
         With an M-matrix.
     lower, upper : array, shape (n,)
         lower ≤ ω* ≤ upper (length).
@@ -321,7 +337,7 @@ def relaxed(problem: ContactQP, lower: Vector, upper: Vector, sweeps: int = 1) -
     return lower, upper
 
 
-def _relaxed(problem: ContactQP, diagonal: Vector, omega: Vector, outwards: float, unknown: Vector | float) -> Vector:
+def _relaxed(problem: Posed, diagonal: Vector, omega: Vector, outwards: float, unknown: Vector | float) -> Vector:
     """Return T(ω), rounded upwards or downwards, with a part of the reaction unknown."""
     reaction, error = problem.stiffness.enclosed_product(omega, problem.q)
     step = (reaction - outwards * (error + unknown)) / diagonal
@@ -330,13 +346,13 @@ def _relaxed(problem: ContactQP, diagonal: Vector, omega: Vector, outwards: floa
     return problem.project(moved)
 
 
-def certainly_free(problem: ContactQP, lower: Vector, upper: Vector) -> Mask:
+def certainly_free(problem: Posed, lower: Vector, upper: Vector) -> Mask:
     """Return the nodes that bounds of the solution keep away from both bounds of the problem, and unbounded nodes."""
     above = (lower > problem.lower) | ~problem.supported
     return above if problem.one_sided else above & ((upper < problem.upper) | np.isposinf(problem.upper))
 
 
-def certain_contact(problem: ContactQP, lower: Vector, upper: Vector) -> tuple[Mask, Mask]:
+def certain_contact(problem: Posed, lower: Vector, upper: Vector) -> tuple[Mask, Mask]:
     """Return the nodes that are certain to be held by the lower and by the upper bound.
 
     Let r_i = q_i + Σ_{j≠i} G_ij ω*_j + G_ii l_i. If r_i > 0, then ω*_i > l_i would make R*_i = r_i + G_ii(ω*_i - l_i)
@@ -363,7 +379,7 @@ def certain_contact(problem: ContactQP, lower: Vector, upper: Vector) -> tuple[M
     total, error = sums(below, problem.lower, spread)
     at_lower = np.asarray((total > error) & problem.supported)
     if problem.one_sided:
-        return at_lower, np.zeros(problem.size, dtype=np.bool_)
+        return at_lower, np.zeros(at_lower.shape, dtype=np.bool_)
     total, error = sums(above, problem.upper, spread)
     return at_lower, np.asarray((-total > error) & np.isfinite(problem.upper))
 
@@ -373,3 +389,52 @@ def middle_and_radius(lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
     middle = 0.5 * lower + 0.5 * upper
     radius = np.maximum(upper - middle, middle - lower)
     return middle, radius * (1 + 4 * UNIT_ROUNDOFF) + UNDERFLOW
+
+
+@dataclass(frozen=True, eq=False)
+class Proven:
+    """What an enclosure of the solution proves, or one for each case.
+
+    Attributes
+    ----------
+    lower, upper : array, shape (..., n)
+        lower ≤ ω* ≤ upper (length); both are the bound where a node is held by one beyond doubt.
+    error_bound : array, shape (...)
+        max|ω - ω*| is at most this (length).
+    at_lower, at_upper : array of bool, shape (..., n)
+        Nodes that are certain to be held by their lower and by their upper bound.
+    clear : array of bool, shape (..., n)
+        Nodes that are certain to lie strictly between their bounds, and all nodes without a bound.
+    finite : array of bool, shape (...)
+        Where numbers have not overflowed; elsewhere nothing of the above is known.
+    barrier : str
+    """
+
+    lower: Vector
+    upper: Vector
+    error_bound: Vector
+    at_lower: Mask
+    at_upper: Mask
+    clear: Mask
+    finite: Mask
+    barrier: str
+
+    @cached_property
+    def contact(self) -> Mask:
+        """Nodes that are certain to be held by either bound, shape (..., n)."""
+        return self.at_lower | self.at_upper
+
+
+def proven(problem: Posed, found: Enclosure) -> Proven:
+    """Return what an enclosure of the solution proves."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        lower, upper = found.bounds(problem.bounds)
+        finite = np.isfinite(found.error_bound)
+        finite = finite & np.isfinite(lower).all(axis=-1) & np.isfinite(upper).all(axis=-1)
+        at_lower, at_upper = certain_contact(problem, lower, upper)
+        for bound in (lower, upper):
+            np.copyto(bound, problem.lower, where=at_lower)
+            if not problem.one_sided:
+                np.copyto(bound, problem.upper, where=at_upper)
+        clear = certainly_free(problem, lower, upper)
+    return Proven(lower, upper, found.error_bound, at_lower, at_upper, clear, finite, found.barrier)

@@ -102,7 +102,7 @@ def judge(
     do = _at_any_time if optional is None else optional
     residuals, scale, certificate = measures.residuals, measures.scale, do(measures.certificate)
     if certificate is not None:
-        certificate = replace(certificate, model=model)
+        certificate = certificate if model is None else replace(certificate, model=model)
         if certificate.gap_bound > tol * scale and problem.size <= SHARP_SIZE:
             certificate = do(partial(sharper, certificate, gap)) or certificate
     if certificate is not None and certificate.gap_bound <= tol * scale:

@@ -8,11 +8,67 @@ import numpy as np
 
 from ..foundation.checks import Vector
 from ..problem.contact_qp import ContactQP
+from ..problem.posed import Posed
 from .beyond_m_matrices import weaker_enclosure
 from .certificate import Certificate
-from .enclosure import Base, Enclosure, enclosure_about, multiples
+from .enclosure import Base, Enclosure, Proven, enclosure_about, multiples, proven
 from .measures import Measures
 from .residuals import Residuals
+
+
+class Passes:
+    """Passes over one answer, or over the answers to many cases, one a row; each is made when it is first asked for.
+
+    Parameters
+    ----------
+    problem : Posed
+    gap : array, shape of the problem's forces
+        Finite gaps (length).
+    """
+
+    def __init__(self, problem: Posed, gap: Vector) -> None:
+        self._problem, self._gap = problem, gap
+
+    @cached_property
+    def residuals(self) -> tuple[Vector, Vector, Vector, Vector, Vector]:
+        """What `Residuals` consists of, in its order, shapes (...)."""
+        problem, gap = self._problem, self._gap
+        with np.errstate(over="ignore", invalid="ignore"):
+            product = problem.stiffness.matvec(gap)
+            reaction = product + problem.q
+            natural = problem.bounds.natural_map(gap, reaction / problem.stiffness.diagonal())
+            room = (gap - problem.lower).min(axis=-1)
+            least, distance = reaction.min(axis=-1), gap - problem.bounds.floor
+            if not problem.one_sided:
+                capped = np.isfinite(problem.upper)
+                room = np.minimum(room, (problem.upper - gap).min(axis=-1))
+                least = reaction.min(axis=-1, where=~capped, initial=np.inf)
+                hanging = capped & ~problem.supported
+                least = np.minimum(least, (-reaction).min(axis=-1, where=hanging, initial=np.inf))
+                distance = np.where((reaction < 0) & capped, gap - problem.upper, distance)
+            return (
+                room,
+                least,
+                _inner(distance, reaction),
+                np.abs(natural).max(axis=-1),
+                _inner(gap, 0.5 * product + problem.q),
+            )
+
+    @cached_property
+    def enclosure(self) -> Enclosure | None:
+        """The enclosure by the barrier of an M-matrix, or a weaker one of one answer, or None."""
+        problem, barrier = self._problem, self._problem.barrier
+        with np.errstate(over="ignore", invalid="ignore"):
+            if barrier is None:
+                return weaker_enclosure(problem, self._gap)
+            base = Base.of(problem, self._gap)
+            found = multiples(problem, base, barrier.v, barrier.s)
+            return enclosure_about(self._gap, problem.bounds, base, barrier.v, found, barrier.kind)
+
+    @cached_property
+    def proven(self) -> Proven | None:
+        """What the enclosure proves."""
+        return None if self.enclosure is None else proven(self._problem, self.enclosure)
 
 
 class VectorMeasures(Measures):
@@ -23,34 +79,22 @@ class VectorMeasures(Measures):
     problem : ContactQP
     gap : array, shape (n,)
         A finite gap (length).
+    passes : Passes, optional
+        Those over many cases of which this is one; by default passes over this gap alone are made.
+    case : int, optional
+        Its row among them.
     """
 
-    def __init__(self, problem: ContactQP, gap: Vector) -> None:
+    def __init__(
+        self, problem: ContactQP, gap: Vector, passes: Passes | None = None, case: int | tuple[()] = ()
+    ) -> None:
         self.problem, self._gap = problem, gap
+        self._passes, self._case = Passes(problem, gap) if passes is None else passes, case
 
     @cached_property
     def residuals(self) -> Residuals:
         """See `Measures`."""
-        problem, gap = self.problem, self._gap
-        with np.errstate(over="ignore", invalid="ignore"):
-            product = problem.stiffness.matvec(gap)
-            reaction = product + problem.q
-            natural = problem.bounds.natural_map(gap, reaction / problem.stiffness.diagonal())
-            room = float((gap - problem.lower).min())
-            least, distance = float(reaction.min()), gap - problem.bounds.floor
-            if not problem.one_sided:
-                capped = np.isfinite(problem.upper)
-                room = min(room, float((problem.upper - gap).min()))
-                least = float(reaction.min(where=~capped, initial=np.inf))
-                least = min(least, float((-reaction).min(where=capped & ~problem.supported, initial=np.inf)))
-                distance = np.where((reaction < 0) & capped, gap - problem.upper, distance)
-            return Residuals(
-                min_gap=room,
-                min_reaction=least,
-                complementarity=_inner(distance, reaction),
-                natural_residual=float(np.abs(natural).max()),
-                objective=_inner(gap, 0.5 * product + problem.q),
-            )
+        return Residuals(*(float(found[self._case]) for found in self._passes.residuals))
 
     @cached_property
     def largest_deflection(self) -> float:
@@ -61,7 +105,8 @@ class VectorMeasures(Measures):
     @property
     def gap_bound(self) -> float:
         """See `Measures`."""
-        return np.inf if self._enclosure is None else self._enclosure.bound
+        enclosure = self._passes.enclosure
+        return np.inf if enclosure is None else float(enclosure.error_bound[self._case])
 
     @property
     def estimated_error(self) -> float:
@@ -69,26 +114,16 @@ class VectorMeasures(Measures):
 
         That is of the matrix with a diagonal of ones, in whose terms the natural residual is a force out of balance.
         """
-        if self._enclosure is not None:
-            return self._enclosure.bound
+        if self._passes.enclosure is not None:
+            return self.gap_bound
         return self.residuals.natural_residual / self.problem.estimated_least_eigenvalue
 
     def certificate(self) -> Certificate | None:
         """See `Measures`."""
-        return None if self._enclosure is None else Certificate.of(self.problem, self._enclosure)
-
-    @cached_property
-    def _enclosure(self) -> Enclosure | None:
-        """The enclosure by the barrier of an M-matrix, or a weaker one, or None."""
-        problem, barrier = self.problem, self.problem.barrier
-        with np.errstate(over="ignore", invalid="ignore"):
-            if barrier is None:
-                return weaker_enclosure(problem, self._gap)
-            base = Base.of(problem, self._gap)
-            found = multiples(problem, base, barrier.v, barrier.s)
-            return enclosure_about(self._gap, problem.bounds, base, barrier.v, found, barrier.kind)
+        found = self._passes.proven
+        return None if found is None else Certificate.of_case(self.problem, found, self._case)
 
 
-def _inner(first: Vector, second: Vector) -> float:
-    """Return the inner product by pairwise summation, without BLAS, whose threads stall on a busy machine."""
-    return float((first * second).sum())
+def _inner(first: Vector, second: Vector) -> Vector:
+    """Return inner products by pairwise summation, without BLAS, whose threads stall on a busy machine."""
+    return np.asarray((first * second).sum(axis=-1))

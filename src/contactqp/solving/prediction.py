@@ -54,7 +54,7 @@ class Trail:
 
     def add(self, problem: ContactQP, gap: Vector) -> None:
         """Take note of an answer (length), shape (n,)."""
-        if self._answers and not _same(self._answers[-1].bounds, problem.bounds):
+        if self._answers and not same_bounds(self._answers[-1].bounds, problem.bounds):
             self.clear()
         place = 0.0
         if self._answers:
@@ -79,7 +79,7 @@ class Trail:
         by 1.4 times its last step. The nodes in contact are those of a straight line through roots; at the others a
         parabola is more exact, where there are three answers and contact grows.
         """
-        if len(self._answers) < 2 or not _same(self._answers[-1].bounds, problem.bounds):
+        if len(self._answers) < 2 or not same_bounds(self._answers[-1].bounds, problem.bounds):
             return None
         *_, before, last = self._answers
         step = self._step(problem)
@@ -143,5 +143,6 @@ def _beyond(before: Vector, last: Vector, steps: float) -> Vector:
     return gone
 
 
-def _same(one: Bounds, other: Bounds) -> bool:
+def same_bounds(one: Bounds, other: Bounds) -> bool:
+    """Whether bounds consist of the same numbers."""
     return one is other or (np.array_equal(one.lower, other.lower) and np.array_equal(one.upper, other.upper))

@@ -10,7 +10,8 @@ from typing import Any
 from ..backends.base import Task
 from ..foundation.checks import Vector, integer_at_least, positive_number
 from ..foundation.progress import Progress, silent
-from ..problem.contact_qp import ContactQP, Units
+from ..problem.contact_qp import ContactQP
+from ..problem.posed import Units
 from .tolerances import Tolerance, tolerance_of
 
 
@@ -61,6 +62,12 @@ class Request:
             None if time_limit is None else positive_number(time_limit, "time_limit"),
             dict(options or {}),
         )
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether nothing but a tolerance was given: no limits, and no options."""
+        limited = self.max_iter is not None or self.time_limit is not None
+        return not (limited or self.options or self.tolerance.own_defaults)
 
     def task(
         self,

@@ -24,7 +24,8 @@ from ..foundation.progress import Progress
 from ..foundation.text import at_most, counted
 from ..methods.factors import DIRECT_SIZE
 from ..models.base import ContactModel, ForceBalance, split
-from ..problem.contact_qp import ContactQP, Units
+from ..problem.contact_qp import ContactQP
+from ..problem.posed import Units
 from ..proof.certificate import Certificate
 from ..proof.certify import sharper
 from ..proof.judge import Verdict, judge
@@ -160,6 +161,12 @@ class _Questions:
         return self._units.gap(np.asarray(dimensionless, dtype=np.float64))
 
 
+def shut_answer(problem: ContactQP) -> Answer:
+    """Return the answer to a problem that no force opens, with its gap in lengths."""
+    nearest = np.broadcast_to(problem.bounds.nearest_zero, (problem.size,)).astype(np.float64)
+    return Answer(nearest, Stop.DONE, _SHUT, 0, 0.0, 0.0)
+
+
 def _asked(
     backend: Backend,
     problem: ContactQP,
@@ -176,9 +183,9 @@ def _asked(
     A problem that no force opens is answered here: its solution is the admissible gap nearest to zero. The backend is
     called only for options, which it alone can check, and whose histories it alone can record.
     """
-    nearest = np.broadcast_to(problem.bounds.nearest_zero, (problem.size,)).astype(np.float64)
-    if problem.shut and not request.options:
-        return Answer(nearest, Stop.DONE, _SHUT, 0, 0.0, 0.0), nearest, None
+    shut = shut_answer(problem) if problem.shut else None
+    if shut is not None and not request.options:
+        return shut, shut.gap, None
     questions: _Questions | None = None
 
     def ask() -> tuple[Answer, Vector | None, Measures | None]:
@@ -206,8 +213,8 @@ def _asked(
         except Exception as error:
             error.add_note(f"raised by backend {backend.name!r} on {problem!r}")
             raise
-        if problem.shut:
-            return replace(answer, gap=nearest, stop=Stop.DONE, termination=_SHUT), nearest, None
+        if shut is not None:
+            return replace(answer, gap=shut.gap, stop=shut.stop, termination=shut.termination), shut.gap, None
         return answer, *questions.known(answer.gap)
 
     with Progress(f"{backend.name} · {problem.size} unknowns") as progress:
@@ -279,20 +286,56 @@ class Solution:
         answer, gap, measures = _asked(
             backend, problem, request, deadline, warm_start, state, resumes=resumes, predicted=predicted
         )
-        limit = _LIMITS[answer.stop]
         verdict = judge(
-            problem, gap, request.tolerance.tol, limit, model=model, measures=measures, optional=deadline.checked
+            problem,
+            gap,
+            request.tolerance.tol,
+            _LIMITS[answer.stop],
+            model=model,
+            measures=measures,
+            optional=deadline.checked,
         )
+        seconds = working_seconds() - started
+        loading = loading_seconds() - loaded
+        return cls.of(backend, subject, request, answer, gap, verdict, note=note, seconds=seconds, loading=loading)
+
+    @classmethod
+    def of(
+        cls,
+        backend: Backend,
+        subject: ContactModel | ContactQP,
+        request: Request,
+        answer: Answer,
+        gap: Vector | None,
+        verdict: Verdict,
+        *,
+        note: str,
+        seconds: float,
+        loading: float = 0.0,
+    ) -> Solution:
+        """Return the solution that consists of a backend's answer and the judge's verdict.
+
+        Parameters
+        ----------
+        backend, subject, request, note
+            See `by`.
+        answer : Answer
+        gap : array, shape (n,), or None
+            The answer's gap (length), if it has one.
+        verdict : Verdict
+        seconds, loading : float
+            Time in all, and for loading.
+        """
         run = Run(
             backend=backend.name,
-            gap=np.full(problem.size, np.nan) if gap is None or verdict.residuals is None else gap,
+            gap=np.full(split(subject)[1].size, np.nan) if gap is None or verdict.residuals is None else gap,
             termination=answer.termination,
             iterations=answer.iterations,
             iteration_unit=backend.iteration_unit,
             setup_seconds=answer.setup_seconds,
             solve_seconds=answer.solve_seconds,
-            seconds=working_seconds() - started,
-            loading_seconds=loading_seconds() - loaded,
+            seconds=seconds,
+            loading_seconds=loading,
             history=answer.history,
             note="; ".join(part for part in (note, answer.note) if part),
             claimed_solved=answer.claimed,

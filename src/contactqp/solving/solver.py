@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeAlias
@@ -9,18 +10,21 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..backends.base import Backend, State
+from ..backends.base import Backend, CaseAnswers, State
+from ..backends.contract import checked_cases
 from ..foundation.checks import Vector, one_of
 from ..foundation.deadline import Deadline
 from ..models.base import ContactModel, split
 from ..models.varied import with_lift, with_load_of, with_support, with_tension
 from ..problem.contact_qp import ContactQP
 from ..problem.facts import MatrixFacts
+from ..problem.load_cases import LoadCases
 from .choice import chosen_backend
 from .prediction import Trail
 from .request import Request
 from .solution import OnFailure, Solution
 from .starts import started_from
+from .together import solved_together
 
 _Mark: TypeAlias = tuple[MatrixFacts, NDArray[np.uint8] | None]
 """What a state is prepared for: the facts of a matrix, and the kinds of bounds."""
@@ -93,6 +97,7 @@ class Solver:
         self._kept = _Kept(None)
         self._last: Vector | None = None
         self._trail = Trail()
+        self._asked = 0
         self._reference: Vector | float = 0.0
 
     @property
@@ -168,10 +173,7 @@ class Solver:
         _, problem = split(subject)
         _refuse_other_unknowns(subject, self.subject)
         deadline = Deadline(self._request.time_limit)
-        mark = problem.facts.scaled, problem.bounds.kinds
-        if not _same(mark, self._kept.mark):
-            self._kept = _Kept(mark)
-            self._trail.clear()
+        self._keep_for(problem)
         start, predicted = self._start(warm_start, problem)
         own = isinstance(warm_start, (bool, np.bool_)) and start is not None
         try:
@@ -198,6 +200,45 @@ class Solver:
         else:
             self._trail.add(problem, self._last)
         return solution
+
+    def solve_together(self, subjects: Sequence[ContactModel | ContactQP], expected: int = 0) -> list[Solution]:
+        """Solve variations of the session's subject that have been made already, and judge the answers.
+
+        Where the backend answers many loads at once, and nothing was given that is meant for each, it is asked to.
+
+        Parameters
+        ----------
+        subjects : sequence of Membrane, Cable, CableNet or ContactQP
+            They share the matrix and its facts.
+        expected : int
+            How many of them there will be in all, if that is known.
+        """
+        found: list[Solution | None] = [None] * len(subjects)
+        if self._request.unlimited and len(subjects) > 1:
+            self._asked = max(self._asked + len(subjects), expected)
+            found = solved_together(self.backend, subjects, self._request, self._answers, self._note)
+            last = next((solution for solution in reversed(found) if solution is not None), None)
+            if last is not None:
+                self._trail.clear()
+                self._last, self._reference = last.gap, last.problem.reference
+        return [self.solve_varied(subjects[k]) if known is None else known for k, known in enumerate(found)]
+
+    def _answers(self, problem: ContactQP, cases: LoadCases) -> CaseAnswers | None:
+        """Return what the backend answers to load cases, of which one is given as a problem."""
+        self._keep_for(problem)
+        try:
+            state = self._prepared(self._kept, problem, Deadline(None))
+            return checked_cases(self.backend, state.answers(cases, self._asked), cases.q.shape)
+        except KeyboardInterrupt:
+            self._kept = _Kept(None)
+            raise
+
+    def _keep_for(self, problem: ContactQP) -> None:
+        """Go on with what was kept, or anew where that was kept for another matrix or other kinds of bounds."""
+        mark = problem.facts.scaled, problem.bounds.kinds
+        if not _same(mark, self._kept.mark):
+            self._kept = _Kept(mark)
+            self._trail.clear()
 
     def _prepared(self, kept: _Kept, problem: ContactQP, deadline: Deadline) -> State:
         """Return the backend's state for a problem, prepared at the first call."""

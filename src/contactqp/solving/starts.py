@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..foundation.checks import Vector, vector
-from ..problem.contact_qp import ContactQP, Units
+from ..problem.contact_qp import ContactQP
+from ..problem.posed import Units
 
 if TYPE_CHECKING:
     from ..models.records import Answered

@@ -1,0 +1,206 @@
+"""Posed: forces on a matrix, between bounds; what holds of one problem's, and of many that differ in forces alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..algebra.stiffness import LatticeStiffness, Stiffness
+from ..foundation.checks import Mask, Vector, read_only
+from .barrier import Barrier
+from .bounds import Bounds
+from .facts import MatrixFacts
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+
+@dataclass(frozen=True)
+class Units:
+    """What a dimensionless problem's numbers are worth in the original problem's.
+
+    Attributes
+    ----------
+    length : float or array, shape (n,)
+        Unit of the gap (length); each unknown of a matrix has its own.
+    force : float or array, shape (n,)
+        Unit of q and of the reaction (force).
+    origin : float or array, shape (n,)
+        The gap (length) that the dimensionless gap zero stands for: zero itself wherever the bounds admit it.
+    """
+
+    length: float | Vector
+    force: float | Vector
+    origin: float | Vector = 0.0
+
+    def gap(self, dimensionless: Vector) -> Vector:
+        """Return the original problem's gap (length), shape (n,)."""
+        length = dimensionless * self.length
+        return length if isinstance(self.origin, float) and self.origin == 0 else length + self.origin
+
+    def dimensionless(self, gap: Vector) -> Vector:
+        """Return the dimensionless problem's gap, shape (n,)."""
+        return np.asarray((gap - self.origin) / self.length)
+
+
+class Posed:
+    """Forces q on a stiffness G, and bounds of the gap: those of one problem, or of many with the same G and bounds.
+
+    What is asked of the forces here counts the unknowns along the last axis, and leaves any axis before it alone.
+
+    Parameters
+    ----------
+    facts : MatrixFacts
+        What is known of G.
+    q : array, shape (n,) or (cases, n)
+        Reaction that would hold the gap ω = 0 (force); read-only.
+    bounds : Bounds
+    """
+
+    def __init__(self, facts: MatrixFacts, q: Vector, bounds: Bounds) -> None:
+        self.facts, self.q, self.bounds = facts, q, bounds
+
+    @property
+    def stiffness(self) -> Stiffness:
+        """The stiffness G, as it is held."""
+        return self.facts.stiffness
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns n."""
+        return self.stiffness.size
+
+    @property
+    def G(self) -> csr_array:
+        """The stiffness as a sparse array, read-only; assembled at the first call."""
+        return self.facts.G
+
+    @property
+    def stencil(self) -> LatticeStiffness | None:
+        """The stiffness as a lattice stencil, or None where G was given as a matrix."""
+        return self.stiffness.lattice
+
+    @property
+    def lower(self) -> Vector:
+        """Lower bound of the gap (length), shape (n,), read-only; -inf where there is no support."""
+        return self.bounds.lower
+
+    @property
+    def upper(self) -> Vector:
+        """Upper bound of the gap (length), shape (n,), read-only; inf where there is no ceiling."""
+        return self.bounds.upper
+
+    @property
+    def supported(self) -> Mask:
+        """Where there is a lower bound, shape (n,), read-only."""
+        return self.bounds.supported
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether there is no upper bound."""
+        return self.bounds.one_sided
+
+    def project(self, gap: Vector) -> Vector:
+        """Return the admissible gap nearest to a gap, node by node (length), shape (n,)."""
+        return self.bounds.project(gap)
+
+    @property
+    def positive_off_diagonal(self) -> tuple[int, int, float] | None:
+        """Row, column and value of the largest positive off-diagonal entry, or None for a Z-matrix."""
+        return self.stiffness.positive_off_diagonal
+
+    @property
+    def is_z_matrix(self) -> bool:
+        """Whether every off-diagonal entry of G is <= 0."""
+        return self.positive_off_diagonal is None
+
+    @property
+    def is_m_matrix(self) -> bool:
+        """Whether G is a Z-matrix with a verified `barrier`."""
+        return self.barrier is not None
+
+    @property
+    def barrier(self) -> Barrier | None:
+        """A vector v > 0 with Gv > 0 that proves G an M-matrix, or None where G is no Z-matrix.
+
+        Raises
+        ------
+        ValueError
+            If G turns out not to be positive definite.
+        """
+        return self.facts.barrier
+
+    @property
+    def comparison_barrier(self) -> Barrier | None:
+        """A vector v > 0 with ⟨G⟩v > 0, where ⟨G⟩ is G with its off-diagonal entries made ≤ 0, or None.
+
+        It proves G an H-matrix, for which an enclosure is known as well (see `contactqp.proof.beyond_m_matrices`).
+        """
+        return self.facts.comparison_barrier
+
+    @property
+    def least_eigenvalue(self) -> tuple[float, Vector] | None:
+        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None where none is proven."""
+        return self.facts.least_eigenvalue
+
+    @property
+    def estimated_least_eigenvalue(self) -> float:
+        """An estimate > 0 of the smallest eigenvalue of G with its diagonal scaled to ones; no bound, and no proof."""
+        return self.facts.estimated_least_eigenvalue
+
+    @property
+    def _forces_at_origin(self) -> Vector:
+        """Reaction at the admissible gap nearest to zero (force), shape of q."""
+        origin = self.bounds.nearest_zero
+        return self.q if isinstance(origin, float) else self.stiffness.matvec(origin) + self.q
+
+    @property
+    def _opening_forces(self) -> Vector:
+        """Moduli of the forces that move the admissible gap nearest to zero, which the bounds there do not balance."""
+        origin, force = self.bounds.nearest_zero, self._forces_at_origin
+        opening = np.where(self.upper > origin, np.maximum(-force, 0.0), 0.0)
+        return np.where(self.lower < origin, np.maximum(force, opening), opening)
+
+    @cached_property
+    def opens(self) -> Mask:
+        """Whether a force moves the admissible gap nearest to zero, shape (...)."""
+        if self.one_sided:
+            pulled = np.asarray((self._forces_at_origin < 0).any(axis=-1))
+            if pulled.all():
+                return pulled
+        return np.asarray(self._opening_forces.any(axis=-1))
+
+    @cached_property
+    def mean_opening(self) -> Vector:
+        """Mean distance from the admissible gap nearest to zero that the forces which leave it make, see `ContactQP`.
+
+        Length, shape (...); it is a bound, by the barrier, or an estimate, by the diagonal.
+        """
+        return self._mean_distance(self._opening_forces)
+
+    def _mean_distance(self, force: Vector) -> Vector:
+        modulus = np.abs(force)
+        if self.barrier is not None:
+            return np.asarray(self.barrier.mean_deflection(modulus))
+        return np.asarray((modulus / self.stiffness.diagonal()).max(axis=-1))
+
+    def in_units(self, gap_scale: float) -> tuple[Vector, Bounds, Units]:
+        """Return forces and bounds of the dimensionless problem whose unit of length is such a scale, and its units.
+
+        Raises
+        ------
+        ValueError
+            If numbers overflow.
+        """
+        with np.errstate(over="ignore"):
+            stiffness, relative, largest = self.facts.dimensionless
+            origin = self.bounds.nearest_zero
+            units = Units(gap_scale * relative, gap_scale * largest / relative, origin)
+            q = read_only(self._forces_at_origin / units.force)
+        if not (np.isfinite(q).all() and stiffness.finite):
+            raise ValueError("the ranges of G and q are too wide for double precision: the scaled problem overflows")
+        with np.errstate(over="ignore"):
+            return q, self.bounds.scaled(origin, units.length), units
