@@ -12,7 +12,7 @@ from contactqp.methods.parts import Parts, _Banded, _Dense, _Sparse, parts_of
 
 
 def all_parts(matrix):
-    return _Dense(matrix), _Sparse(matrix), _Banded(matrix)
+    return _Dense(matrix), _Sparse(matrix), _Banded(matrix, matrix.shape[0])
 
 
 @given(m_matrices(max_size=9), st.integers(0, 999))

@@ -88,9 +88,10 @@ def test_the_solution_of_a_beam_is_certified_node_by_node(long_beam):
 @pytest.mark.parametrize("nodes", [20, 200])
 def test_the_eigenvalue_of_a_beam_is_bounded_closely(nodes):
     matrix = beam(nodes).G
-    least, units = proven_least_eigenvalue(matrix)
-    exact = np.linalg.eigvalsh(units[:, None] * matrix.toarray() * units).min()
-    assert 0.8 * exact < least < exact
+    least = proven_least_eigenvalue(matrix)
+    exact = np.linalg.eigvalsh(least.units[:, None] * matrix.toarray() * least.units).min()
+    assert 0.8 * exact < least.bound < exact
+    assert least.proof == "factors"
 
 
 def gaussian_kernel(rng):

@@ -158,16 +158,15 @@ def choose_backend(problem: ContactQP) -> tuple[str, str]:
     """Return the name of the backend that ``"auto"`` stands for, and the reason for the choice.
 
     Measured on two cores (``benchmarks/speed.py``): up to some thousand unknowns active sets need no compiled kernels
-    and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other M-matrices active
-    sets are the fastest at any size. Interior points do not need an M-matrix.
+    and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other matrices active
+    sets are the fastest at any size (``benchmarks/matrices.py``).
     """
-    if not problem.is_m_matrix:
-        return "clarabel", "auto: G is no M-matrix"
     if problem.size <= DIRECT_SIZE:
         return "active-set", f"auto: {problem.size} unknowns are few"
     if problem.stencil is not None:
         return "multigrid", f"auto: a lattice with {problem.size} nodes"
-    return "active-set", f"auto: an M-matrix with {problem.size} unknowns"
+    kind = "an M-matrix" if problem.is_m_matrix else "a matrix"
+    return "active-set", f"auto: {kind} with {problem.size} unknowns"
 
 
 def _own_names() -> list[str]:

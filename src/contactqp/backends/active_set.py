@@ -1,8 +1,7 @@
-"""The primal-dual active set method for sparse M-matrices, `contactqp.methods.active_set`."""
+"""The primal-dual active set method for sparse matrices, `contactqp.methods.active_set`."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import replace
 from typing import ClassVar
 
@@ -16,7 +15,7 @@ from ..methods.active_set.primal_dual import ActiveSet
 from ..methods.factors import DIRECT_SIZE
 from ..problem.contact_qp import ContactQP
 from ..problem.load_cases import LoadCases
-from .base import Answer, Backend, CaseAnswers, Need, State, Stop, Task, as_it_is_now
+from .base import Answer, Backend, CaseAnswers, State, Stop, Task, as_it_is_now
 
 _MAX_STEPS = 500
 _AT_REST = "nothing moves any more"
@@ -31,7 +30,6 @@ class ActiveSetBackend(Backend):
     summary: ClassVar[str] = "primal-dual active sets, exact finish"
     package: ClassVar[str] = "scipy"
     iteration_unit: ClassVar[str] = "step"
-    needs: ClassVar[Collection[Need]] = (Need.Z_MATRIX,)
     practical_size: ClassVar[int | None] = 2_000_000
     reachable_tol: ClassVar[float | None] = 1e-14
 
@@ -98,7 +96,7 @@ def prepared(problem: ContactQP, task: Task) -> ActiveSet:
     """Return the iteration at ω = 0."""
     units = _units(problem, task)
     bounds = problem.lower, problem.bounds.upper_if_any
-    solver = ActiveSet(problem.G, problem.q, *bounds, units.min() / units)
+    solver = ActiveSet(problem.G, problem.q, *bounds, units.min() / units, monotone=problem.is_z_matrix)
     if not solver.direct:
         load_modules("contactqp.methods.amg.sparse_kernels", kernels="active-set")
     return solver

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from decimal import ROUND_UP, Decimal, localcontext
+from decimal import ROUND_DOWN, ROUND_UP, Decimal, localcontext
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,25 @@ def at_most(value: float, digits: int = 2) -> str:
     >>> at_most(0.00173158), at_most(0.01), at_most(0.0), at_most(999.5, 3)
     ('0.0018', '0.01', '0', '1e+03')
     """
+    return _rounded(value, digits, ROUND_UP)
+
+
+def at_least(value: float, digits: int = 2) -> str:
+    """Return ``value`` rounded downwards to some significant digits, so that ``>=`` before it is true.
+
+    Examples
+    --------
+    >>> at_least(0.00179), at_least(0.01), at_least(0.0)
+    ('0.0017', '0.01', '0')
+    """
+    return _rounded(value, digits, ROUND_DOWN)
+
+
+def _rounded(value: float, digits: int, rounding: str) -> str:
     if not (math.isfinite(value) and value > 0):
         return f"{value:.{digits}g}"
     with localcontext() as context:
-        context.prec, context.rounding = digits, ROUND_UP
+        context.prec, context.rounding = digits, rounding
         return f"{float(+Decimal(repr(float(value)))):.{digits}g}"
 
 

@@ -27,7 +27,7 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
     Parameters
     ----------
     stiffness : Stiffness
-        An M-matrix.
+        Symmetric positive definite; iterations are few for an M-matrix, and for what comes near one.
     tolerance : float
         Of iterative solutions: the largest force out of balance, relative to the largest force.
 
@@ -96,7 +96,7 @@ def free_set_solver(stiffness: Stiffness, free: Mask) -> tuple[Solve, bool] | No
     Parameters
     ----------
     stiffness : Stiffness
-        An M-matrix.
+        Symmetric positive definite; iterations are few for an M-matrix, and for what comes near one.
     free : array of bool, shape (n,)
         F, at least one node.
 

@@ -20,6 +20,11 @@ if TYPE_CHECKING:
 _NARROW = 3.0
 """A band of this many times the root of the size is factorised faster than the sparse matrix, up to some thousands."""
 
+_MOST_WORK = 4e9
+
+_FEW_NEIGHBOURS = 8
+"""Width of a band that is factorised in less time than a few multigrid cycles take."""
+
 
 class Parts(ABC):
     """A symmetric positive definite matrix G, and equations G_FF x = f for sets F of its unknowns.
@@ -30,6 +35,16 @@ class Parts(ABC):
     def __init__(self) -> None:
         self._chosen: Mask | None = None
         self._solve: Solve | None = None
+
+    @property
+    def in_lines(self) -> bool:
+        """Whether unknowns have few neighbours in their order, so that factors take little time at any size."""
+        return False
+
+    @property
+    def affordable(self) -> bool:
+        """Whether factors take a second or so at most, where nothing else will do."""
+        return False
 
     @abstractmethod
     def product(self, vector: Vector) -> Vector:
@@ -81,6 +96,18 @@ class _Sparse(Parts):
 class _Banded(_Sparse):
     """A narrow band, by LAPACK's Cholesky factors: no ordering to be found, no fill to be foreseen."""
 
+    def __init__(self, matrix: csr_array, width: int) -> None:
+        super().__init__(matrix)
+        self._width = width
+
+    @property
+    def in_lines(self) -> bool:
+        return self._width <= _FEW_NEIGHBOURS
+
+    @property
+    def affordable(self) -> bool:
+        return float(self._matrix.shape[0]) * self._width**2 <= _MOST_WORK
+
     @cached_property
     def _lower_half(self) -> tuple[NDArray[np.int32], NDArray[np.int32], Vector]:
         """Rows, columns and values of the entries on and below the diagonal, found once something is factorised."""
@@ -125,4 +152,4 @@ def parts_of(matrix: csr_array) -> Parts:
     if size <= DENSE_SIZE:
         return _Dense(matrix)
     width = int((np.arange(size) - matrix.indices[matrix.indptr[:-1]]).max())
-    return _Banded(matrix) if width <= _NARROW * np.sqrt(size) else _Sparse(matrix)
+    return _Banded(matrix, width) if width <= _NARROW * np.sqrt(size) else _Sparse(matrix)

@@ -12,7 +12,7 @@ from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Vector
 from ..methods.factors import DIRECT_SIZE
 from .barrier import Barrier, find_barrier
-from .eigenvalue import proven_least_eigenvalue
+from .eigenvalue import LeastEigenvalue, proven_least_eigenvalue
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -76,8 +76,8 @@ class MatrixFacts:
         return find_barrier(self.stiffness.comparison())
 
     @cached_property
-    def least_eigenvalue(self) -> tuple[float, Vector] | None:
-        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None where none is proven."""
+    def least_eigenvalue(self) -> LeastEigenvalue | None:
+        """A proven lower bound of the smallest eigenvalue of DGD, with powers of two D; None where none is proven."""
         return proven_least_eigenvalue(self.G)
 
     @cached_property

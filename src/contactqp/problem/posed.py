@@ -17,6 +17,8 @@ from .facts import MatrixFacts
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+    from .eigenvalue import LeastEigenvalue
+
 
 @dataclass(frozen=True)
 class Units:
@@ -142,8 +144,8 @@ class Posed:
         return self.facts.comparison_barrier
 
     @property
-    def least_eigenvalue(self) -> tuple[float, Vector] | None:
-        """A proven lower bound > 0 of the smallest eigenvalue of DGD, and the diagonal D; None where none is proven."""
+    def least_eigenvalue(self) -> LeastEigenvalue | None:
+        """A proven lower bound of the smallest eigenvalue of DGD, with powers of two D; None where none is proven."""
         return self.facts.least_eigenvalue
 
     @property

@@ -22,7 +22,7 @@ bound for strongly monotone problems, Pang, *A posteriori error bounds for the l
 inequality problem*, Math. Oper. Res. 12, 1987, with a residual that complementarity makes smaller.) The unknowns are
 first scaled by powers of two that bring the diagonal close to one, which rounds nothing.
 
-That λ is a lower bound is proven in `contactqp.algebra.band`.
+That λ is a lower bound is proven in `contactqp.algebra.band`, or in `contactqp.problem.eigenvalue`.
 
 *Repair.* Both bounds hold about any base (the second about any admissible one), not only about the answer; and they
 shrink with what the base leaves out of balance. So they are laid about the solution of the equations of the answer's
@@ -42,7 +42,8 @@ from ..algebra.band import Band
 from ..algebra.compensated import two_sum
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
-from ..methods.factors import DIRECT_SIZE
+from ..methods.factors import DIRECT_SIZE, Solve
+from ..methods.linear import free_set_solver
 from .enclosure import Base, Enclosure, distance, limit, multiples
 
 if TYPE_CHECKING:
@@ -163,7 +164,7 @@ def weaker_proof(problem: Posed) -> WeakerProof | None:
     if comparison is not None:
         return _ByComparison(problem, comparison.v, comparison.s)
     least = problem.least_eigenvalue
-    return None if least is None else _ByEigenvalue(problem, *least)
+    return None if least is None else _ByEigenvalue(problem, least.bound, least.units)
 
 
 def weaker_enclosure(problem: Posed, answer: Vector) -> Enclosure | None:
@@ -213,13 +214,12 @@ def _corrected(problem: Posed, proof: WeakerProof, best: Enclosure, base: Base, 
     best = best.met_with(found)
     if not free.any():
         return base, best
-    band = Band(problem.stiffness.restricted(free).tocsr())
-    factors = band.factors() if band.affordable else None
-    if factors is None:
+    solve = _solver(problem, free)
+    if solve is None:
         return base, best
     for _ in range(_MOST_CORRECTIONS):
         step = np.zeros(problem.size)
-        step[free] = -factors.solve(base.reaction[free])
+        step[free] = -solve(base.reaction[free])
         if not np.isfinite(step).all():
             break
         base, last = Base.accurate(problem, *two_sum(base.high, base.low + step)), found.bound
@@ -228,6 +228,16 @@ def _corrected(problem: Posed, proof: WeakerProof, best: Enclosure, base: Base, 
         if not found.bound < _USEFUL * last:
             break
     return base, best
+
+
+def _solver(problem: Posed, free: Mask) -> Solve | None:
+    """Return a function that solves with the free nodes' matrix, to rounding where factors are affordable."""
+    band = Band(problem.stiffness.restricted(free).tocsr())
+    factors = band.factors() if band.affordable else None
+    if factors is not None:
+        return factors.solve
+    iterated = free_set_solver(problem.stiffness, free)
+    return None if iterated is None else iterated[0]
 
 
 def _norm(vector: Vector) -> float:

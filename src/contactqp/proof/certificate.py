@@ -12,9 +12,10 @@ from ..algebra.stiffness import growth_bound
 from ..foundation.brackets import Bracket, sum_above, sum_below, sum_between
 from ..foundation.checks import Mask, Vector, repeated
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
-from ..foundation.text import at_most
+from ..foundation.text import at_least, at_most
 from ..models.base import ContactModel
 from ..problem.contact_qp import ContactQP
+from ..problem.eigenvalue import LeastEigenvalue
 from .beyond_m_matrices import COMPARISON, EIGENVALUE
 from .enclosure import Enclosure, Proven, middle_and_radius, proven
 
@@ -115,6 +116,14 @@ class Certificate:
         return self.barrier in (COMPARISON, EIGENVALUE)
 
     @property
+    def least_eigenvalue(self) -> LeastEigenvalue | None:
+        """The bound of the smallest eigenvalue that the enclosure rests on, and what proves it; None where none does.
+
+        It is that of DGD with powers of two D which bring the diagonal close to one.
+        """
+        return self.problem.least_eigenvalue if self.barrier == EIGENVALUE else None
+
+    @property
     def contact_nodes(self) -> Bracket:
         """Bracket of the number of nodes in contact, R* ≠ 0: those certainly so, and with them the undecided ones."""
         certain = int(np.count_nonzero(self.contact))
@@ -204,7 +213,11 @@ class Certificate:
         return self.model
 
     def __repr__(self) -> str:
-        kind = f"{self.barrier}, weaker than for an M-matrix" if self.weaker else self.barrier
+        kind, least = self.barrier, self.least_eigenvalue
+        if least is not None:
+            kind += f" >= {at_least(least.bound, 3)} by {least.proof}"
+        if self.weaker:
+            kind += ", weaker than for an M-matrix"
         return (
             f"Certificate(|gap error| <= {at_most(self.gap_bound, 3)}; {np.count_nonzero(self.contact)} in contact, "
             f"{np.count_nonzero(self.clear)} clear, {np.count_nonzero(self.undecided)} undecided; {kind})"

@@ -37,7 +37,7 @@ def solve(
     backend : str or Backend
         ``"auto"``, a name in `backend_names` (``"osqp"``, ``"clarabel"``, ``"mangasarian"``, ``"psor"``,
         ``"multigrid"``, ``"active-set"``), or a `contactqp.backends.base.Backend`. ``"auto"`` takes active sets for few
-        unknowns, multigrid on a lattice, and otherwise active sets, or Clarabel if G is no M-matrix; the solution's
+        unknowns, multigrid on a lattice, and otherwise active sets; the solution's
         ``note`` says why.
     tol : float or str
         Wanted bound of max|ω_i - ω*_i| relative to ``problem.gap_scale``, or to the answer's largest deflection (for a

@@ -2,9 +2,10 @@
 
 Hintermüller, Ito and Kunisch, *The primal-dual active set strategy as a semismooth Newton method*, SIAM J. Optim. 13
 (2002): hold the contact nodes at their bounds, solve for the others, exchange those of the wrong sign. From a
-cold start the contact set moves by a node or so a step, so that the steps grow with the mesh; hence three additions.
+cold start the contact set moves by a node or so a step, so that the steps grow with the mesh; hence additions.
 Large problems start from coarser ones (nested iteration over an algebraic hierarchy). Nodes are exchanged by
-projected relaxation, which moves them by the size of their violation. And the energy ½ωᵀGω + qᵀω falls in every
+projected relaxation, which moves them by the size of their violation; and where the set creeps all the same, by layers
+of them (`widening`). And the energy ½ωᵀGω + qᵀω falls in every
 step, by a line search where need be, so that no set can come back. Where the line search leaves next to nothing of the
 steps, the plain method takes over: for an M-matrix without upper bounds it comes to an end from any start, although its
 energy may rise.
@@ -24,6 +25,7 @@ from ...foundation.loading import load_modules
 from ..amg.amg import Amg, rows_of
 from ..factors import DIRECT_SIZE
 from ..parts import parts_of
+from .widening import Widening
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -31,6 +33,9 @@ if TYPE_CHECKING:
 _SWEEPS = 3
 _JACOBI_SWEEPS = 8
 _JACOBI_DAMPING = 0.8
+"""For an M-matrix, whose D⁻¹G has no eigenvalue above two; for others it is less in proportion."""
+
+_POWER_STEPS = 8
 _STALE = 0.05
 """Part of the unknowns that may have changed sides before a preconditioner is made anew."""
 
@@ -44,6 +49,10 @@ _COARSE_STEPS = 3
 _MOST_ITERATIONS = 500
 _CREEPING = 0.2
 """A line search that leaves less of a step than this hinders more than it helps."""
+
+_LONG, _STALLED = 30, 0.8
+"""Conjugate gradient iterations after which factors take over, if each has left so much of the residual in the
+preconditioner's norm, or more."""
 
 _PATIENCE = 3
 """Steps in a row of rounding errors alone after which it ends, and of creeping ones after which the plain method
@@ -82,6 +91,8 @@ class ActiveSet:
         Bounds, -inf and inf where there is none; ``upper`` is empty where there is none at all.
     candidate : array, shape (n,), or None
         See `Amg`.
+    monotone : bool
+        Whether the matrix is an M-matrix, for which the plain method may take over.
 
     Attributes
     ----------
@@ -90,14 +101,22 @@ class ActiveSet:
     """
 
     def __init__(
-        self, matrix: csr_array, q: Vector, lower: Vector, upper: Vector = _EMPTY, candidate: Vector | None = None
+        self,
+        matrix: csr_array,
+        q: Vector,
+        lower: Vector,
+        upper: Vector = _EMPTY,
+        candidate: Vector | None = None,
+        monotone: bool = True,
     ) -> None:
         self.matrix, self.q, self._candidate = matrix, q, candidate
         self._lower, self._upper = np.ascontiguousarray(lower), np.ascontiguousarray(upper)
         self.omega = np.zeros(q.size)
         self._diagonal = matrix.diagonal()
         self._parts = parts_of(matrix)
-        self.direct = q.size <= DIRECT_SIZE or SparseStiffness(matrix).without_fill
+        self.direct = q.size <= DIRECT_SIZE or SparseStiffness(matrix).without_fill or self._parts.in_lines
+        self._monotone, self._widening = monotone, Widening(matrix)
+        self._damping = _JACOBI_DAMPING if monotone or not self.direct else self._stable_damping()
         self._rows = rows_of(matrix)
         self._free: Mask = np.isneginf(self._lower)
         self._at_upper: Mask = np.zeros(q.size, dtype=np.bool_)
@@ -113,13 +132,14 @@ class ActiveSet:
         self._free, self._at_upper = np.isneginf(self._lower), np.zeros(q.size, dtype=np.bool_)
         self._idle = self._creeping = 0
         self._seen.clear()
+        self._widening.restart()
 
     def start(self, report: Callable[[str], None] = lambda text: None) -> None:
         """Start from the solution of coarser problems, whose unknowns are weights of smooth shapes.
 
         Up to some thousand unknowns it is ω = 0: the few steps that would be saved take less time than the hierarchy.
         """
-        if self.q.size <= DIRECT_SIZE:
+        if self.direct:
             return
         hierarchy = Amg(self.matrix, self._candidate)
         forces, lowers, uppers = [self.q], [self._lower], [self._upper]
@@ -131,7 +151,8 @@ class ActiveSet:
         gap = np.zeros(forces[-1].size)
         for depth in range(len(hierarchy.transfers), 0, -1):
             report(f"coarse problem with {forces[depth].size} unknowns")
-            coarse = ActiveSet(hierarchy.levels[depth].matrix, forces[depth], lowers[depth], uppers[depth])
+            bounds = lowers[depth], uppers[depth]
+            coarse = ActiveSet(hierarchy.levels[depth].matrix, forces[depth], *bounds, monotone=self._monotone)
             coarse.omega = coarse.projected(gap)
             for _ in range(_COARSE_STEPS):
                 if coarse.step().exchanged == 0:
@@ -142,14 +163,16 @@ class ActiveSet:
 
     def step(self) -> Step:
         """Relax, so that nodes change sides, and solve the equations of the free nodes."""
-        if self._creeping == _PATIENCE:
+        if self._monotone and self._creeping == _PATIENCE:
             return self._exchange()
         before = self.omega
         self._relax()
-        exchanged = self._take(*self._held())
+        held = self._widening.widened(self._held(), (~self._free & ~self._at_upper, self._at_upper))
+        exchanged = self._take(*held)
         reaction = self._parts.product(self.omega) + self.q
         target = self._solve(reaction, self._iterations(exchanged))
         damping = self._move_to(target, reaction)
+        self._widening.learn(exchanged, self.omega, self._lower, self._upper)
         moved = float(np.abs(self.omega - before).max())
         rounding = 4 * _ROUNDING * float(np.abs(self.omega).max())
         self._idle = self._idle + 1 if moved <= rounding else 0
@@ -224,7 +247,7 @@ class ActiveSet:
         if self.direct:
             for _ in range(_JACOBI_SWEEPS):
                 correction = (self._parts.product(self.omega) + self.q) / self._diagonal
-                self.omega = self.projected(self.omega - _JACOBI_DAMPING * correction)
+                self.omega = self.projected(self.omega - self._damping * correction)
             return
         load_modules("contactqp.methods.amg.sparse_kernels", kernels="active-set")
         from ..amg import sparse_kernels
@@ -232,6 +255,22 @@ class ActiveSet:
         self.omega = np.array(self.omega)
         bounds = self._lower, self._upper
         sparse_kernels.projected_sweeps(*self._rows, 1 / self._diagonal, self.q, *bounds, self.omega, _SWEEPS)
+
+    def _stable_damping(self) -> float:
+        """Return a factor by which damped Jacobi sweeps, and projected ones, lower the energy.
+
+        That is below 2/ρ, ρ the largest eigenvalue of D⁻¹G. It is estimated from below, and at most the largest sum of
+        moduli in a row of D^(-1/2)GD^(-1/2).
+        """
+        root = 1 / np.sqrt(self._diagonal)
+        rows = np.repeat(np.arange(root.size), np.diff(self.matrix.indptr))
+        moduli = np.abs(self.matrix.data) * root[rows] * root[self.matrix.indices]
+        most = float(np.bincount(rows, weights=moduli).max())
+        x, estimate = np.cos(np.arange(root.size) ** 2.0), 1.0
+        for _ in range(_POWER_STEPS):
+            x = root * self._parts.product(root * (x / np.sqrt((x * x).sum())))
+            estimate = float(np.sqrt((x * x).sum()))
+        return 2 * _JACOBI_DAMPING / max(2.0, min(most, 1.3 * estimate))
 
     def _solve_direct(self, reaction: Vector, refined: bool) -> Vector:
         """Return ω after a correction that takes the reaction of free nodes away, by a factorisation."""
@@ -255,9 +294,9 @@ class ActiveSet:
         residual = np.where(keep, -reaction, 0.0)
         floor = 4 * _ROUNDING * float((self._diagonal * np.abs(self.omega)).max())
         direction = np.zeros_like(target)
-        before = 1.0
+        before, first, done = 1.0, 0.0, 0
         amg = None
-        for _ in range(iterations):
+        for done in range(iterations):
             if float(np.abs(residual).max()) <= floor:
                 break
             if amg is None:
@@ -266,7 +305,7 @@ class ActiveSet:
             product = float((residual * preconditioned).sum())
             direction *= product / before
             direction += preconditioned
-            before = product
+            before, first = product, first or product
             image = np.where(keep, self._parts.product(direction), 0.0)
             curvature = float((direction * image).sum())
             if not curvature > 0:
@@ -274,6 +313,10 @@ class ActiveSet:
             length = product / curvature
             target += length * direction
             residual -= length * image
+            if done == _LONG and before > _STALLED ** (2 * done) * first and self._parts.affordable:
+                # Aggregates of constants are no good for bending, whose energy does not see slopes.
+                self.direct = True
+                return self._solve_direct(reaction, refined=True)
         return target
 
     def _preconditioner(self, loosely: bool) -> Amg:
@@ -286,7 +329,12 @@ class ActiveSet:
         return self._amg
 
     def _move_to(self, target: Vector, reaction: Vector) -> float:
-        """Go to the projected ``target``, or to the point of least energy on the way; return the part of it gone."""
+        """Go to the projected ``target``, or to the point of least energy on the way; return the part of it gone.
+
+        What projection leaves at nodes that have met their bound is short-waved, and costs so much energy that the
+        line search may leave next to nothing of a good step. Relaxation takes it away, so where that ends lower, the
+        whole step is made.
+        """
         projected = self.projected(target)
         way = projected - self.omega
         slope = float((way * reaction).sum())
@@ -295,7 +343,13 @@ class ActiveSet:
             self.omega = projected
             return 1.0
         damping = max(0.0, -slope / curvature)
-        self.omega = self.omega + damping * way
+        before, self.omega = self.omega, projected
+        self._relax()
+        relaxed_way = self.omega - before
+        gain = float((relaxed_way * (reaction + 0.5 * self._parts.product(relaxed_way))).sum())
+        if gain < damping * (slope + 0.5 * damping * curvature):
+            return 1.0
+        self.omega = before + damping * way
         return damping
 
 

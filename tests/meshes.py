@@ -1,0 +1,69 @@
+"""Stiffness matrices that are no M-matrices: meshes of triangles, beams and plates."""
+
+import numpy as np
+from scipy import sparse
+
+
+def triangles(nodes, moved, rng):
+    """Return the stiffness of linear elements on the unit square, and what each node stands for.
+
+    It has ``nodes`` times ``nodes`` inner nodes, each moved by up to a part of the spacing, and each square has a
+    diagonal: where angles are obtuse, entries beside the diagonal are positive.
+    """
+    count = nodes + 1
+    x, y = (grid.astype(float) for grid in np.meshgrid(np.arange(count + 1), np.arange(count + 1)))
+    inner = np.s_[1:-1, 1:-1]
+    x[inner] += rng.uniform(-moved, moved, (nodes, nodes))
+    y[inner] += rng.uniform(-moved, moved, (nodes, nodes))
+    places = np.column_stack([x.ravel(), y.ravel()]) / count
+    number = np.arange(places.shape[0]).reshape(x.shape)
+    a, b, c, d = number[:-1, :-1].ravel(), number[:-1, 1:].ravel(), number[1:, :-1].ravel(), number[1:, 1:].ravel()
+    corners = np.concatenate([np.column_stack([a, b, d]), np.column_stack([a, d, c])])
+    free = np.zeros(x.shape, dtype=bool)
+    free[inner] = True
+    return assembled(places, corners, free.ravel())
+
+
+def assembled(places, corners, free):
+    """Return the stiffness of linear elements, what each free node stands for, and where it lies."""
+    edges = places[np.roll(corners, -1, axis=1)] - places[np.roll(corners, 1, axis=1)]
+    area = 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
+    corners, edges, area = (values[area > 1e-14] for values in (corners, edges, area))
+    element = np.einsum("tik,tjk->tij", edges, edges) / (4 * area)[:, None, None]
+    rows, columns = np.repeat(corners, 3, axis=1).ravel(), np.tile(corners, 3).ravel()
+    matrix = sparse.coo_array((element.ravel(), (rows, columns)), shape=(free.size, free.size)).tocsr()
+    share = np.bincount(corners.ravel(), weights=np.repeat(area / 3, 3), minlength=free.size)
+    matrix = matrix[free][:, free]
+    return sparse.csr_array((matrix + matrix.T) / 2), share[free], places[free]
+
+
+def bowl_on_triangles(nodes, moved=0.25, seed=0):
+    """Return matrix and forces of a membrane over a bowl, on `triangles`."""
+    return membrane_over_bowl(*triangles(nodes, moved, np.random.default_rng(seed)))
+
+
+def membrane_over_bowl(matrix, share, places):
+    """Return a membrane's matrix, and its forces over a bowl that it touches in the middle of the unit square."""
+    gap = 0.05 + 0.2 * ((places - 0.5) ** 2).sum(axis=1)
+    return matrix, 2.0 * share - matrix @ gap
+
+
+def beam_on_floor(nodes, drop=0.5, length=10.0):
+    """Return matrix and forces of a pinned beam of bending stiffness and weight one, above a floor, and its spacing.
+
+    Its ends lie ``drop`` above the floor; the free span at each is (24 drop)^(1/4) long.
+    """
+    spacing = length / (nodes + 1)
+    second = sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(nodes, nodes)).tocsr()
+    matrix = sparse.csr_array(second.T @ second) / spacing**3
+    return matrix, spacing - matrix @ np.full(nodes, drop), spacing
+
+
+def plate_over_bowl(nodes):
+    """Return matrix and forces of a simply supported plate over a bowl, by the thirteen-point stencil."""
+    line = sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(nodes, nodes))
+    laplacian = sparse.kronsum(line, line).tocsr()
+    matrix, spacing = sparse.csr_array(laplacian @ laplacian), 1.0 / (nodes + 1)
+    x, y = np.meshgrid(*(spacing * np.arange(1, nodes + 1),) * 2)
+    gap = 0.02 + 0.1 * ((x - 0.5) ** 2 + (y - 0.5) ** 2).ravel()
+    return matrix, 1600.0 * spacing**4 - matrix @ gap
