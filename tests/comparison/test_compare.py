@@ -320,7 +320,7 @@ def test_beyond_m_matrices_agreement_rests_on_proofs(monkeypatch):
     assert list(comparison.culprits) == ["mangasarian"]
     assert "needs a Z-matrix" in comparison.culprits["mangasarian"]
     others = cq.compare(problem)
-    assert [row.backend for row in others.rows] == ["osqp", "clarabel", "psor"]
+    assert [row.backend for row in others.rows] == ["osqp", "clarabel", "psor", "active-set"]
     assert others.agree
     assert others.verdict().startswith("All 3 backends agree: certified")
     monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)

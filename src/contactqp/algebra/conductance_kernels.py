@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from numba import njit
 
-from .conductances import MOST_PAID
-
 _UNIT = 2.0**-53
-_LEAST = 1e-280
 
 
-@njit("boolean(int64[::1], int64[::1], int64[::1], float64[::1], int64[::1], int64[::1])", cache=True, nogil=True)
-def pay(indptr, indices, rows, left, mirrored, owed):  # type: ignore[no-untyped-def]
+@njit(
+    "boolean(int64[::1], int64[::1], int64[::1], float64[::1], int64[::1], int64[::1], float64, float64)",
+    cache=True,
+    nogil=True,
+)
+def pay(indptr, indices, rows, left, mirrored, owed, most, least):  # type: ignore[no-untyped-def]
     """Do what `contactqp.algebra.conductances.pay_in_python` does."""
     for count in range(owed.size):
         place = owed[count]
@@ -31,7 +32,7 @@ def pay(indptr, indices, rows, left, mirrored, owed):  # type: ignore[no-untyped
                 first += 1
                 second += 1
         capacity *= 1 - 2 * (terms + 8) * _UNIT
-        if not -left[place] < MOST_PAID * capacity:
+        if not -left[place] < most * capacity:
             return False
         part = (1 - (-left[place] / capacity) * (1 + 4 * _UNIT)) * (1 - 8 * _UNIT)
         first, second = indptr[i], indptr[j]
@@ -45,8 +46,8 @@ def pay(indptr, indices, rows, left, mirrored, owed):  # type: ignore[no-untyped
                 if a > 0 and b > 0:
                     a *= part
                     b *= part
-                    a = 0.0 if a < _LEAST else a
-                    b = 0.0 if b < _LEAST else b
+                    a = 0.0 if a < least else a
+                    b = 0.0 if b < least else b
                     left[first] = a
                     left[mirrored[first]] = a
                     left[second] = b

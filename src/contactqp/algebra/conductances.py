@@ -35,7 +35,7 @@ from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-_LEAST_CONDUCTANCE = 1e-280
+_MOST_PAID, _LEAST_CONDUCTANCE = 0.999, 1e-280
 
 _CHUNK = 200_000
 """Payments between two moments at which Ctrl-C is answered."""
@@ -85,7 +85,9 @@ def m_matrix_below(matrix: csr_array) -> csr_array | None:
             load_modules("contactqp.algebra.conductance_kernels", kernels="smallest eigenvalue")
             from .conductance_kernels import pay
         for first in range(0, owed.size, _CHUNK):
-            if not pay(indptr, indices, rows, left, mirrored, owed[first : first + _CHUNK]):
+            if not pay(
+                indptr, indices, rows, left, mirrored, owed[first : first + _CHUNK], _MOST_PAID, _LEAST_CONDUCTANCE
+            ):
                 return None
     lost = given - left
     diagonal = matrix.diagonal()
@@ -113,6 +115,8 @@ def pay_in_python(
     left: Vector,
     mirrored: NDArray[np.int64],
     owed: NDArray[np.int64],
+    most: float,
+    least: float,
 ) -> bool:
     """Pay negative conductances from those of the paths beside them, in place; return whether all could be paid.
 
@@ -124,6 +128,10 @@ def pay_in_python(
         The conductances, of which those paid become zero.
     owed : array of int
         Where the negative ones stand, each pair of unknowns once.
+    most : float
+        Part of a conductance that may go into a payment, so that something is left of it.
+    least : float
+        Conductances below this are given up.
     """
     for place in owed:
         i, j = rows[place], indices[place]
@@ -135,15 +143,11 @@ def pay_in_python(
         a, b = left[first], left[second]
         capacity = float((np.minimum(a, b) * (np.maximum(a, b) / (a + b))).sum())
         capacity *= 1 - 2 * (a.size + 8) * UNIT_ROUNDOFF
-        if not -left[place] < MOST_PAID * capacity:
+        if not -left[place] < most * capacity:
             return False
         part = (1 - (-left[place] / capacity) * (1 + 4 * UNIT_ROUNDOFF)) * (1 - 8 * UNIT_ROUNDOFF)
         for entries in (first, second):
             rest = left[entries] * part
-            left[entries] = left[mirrored[entries]] = np.where(rest < _LEAST_CONDUCTANCE, 0.0, rest)
+            left[entries] = left[mirrored[entries]] = np.where(rest < least, 0.0, rest)
         left[place] = left[mirrored[place]] = 0.0
     return True
-
-
-MOST_PAID = 0.999
-"""Part of a conductance that may go into a payment, so that something is left of it."""
