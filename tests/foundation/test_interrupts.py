@@ -10,7 +10,10 @@ import time
 from pathlib import Path
 
 import pytest
+import typer
 
+import contactqp_command
+from contactqp.cli.application import bad_input
 from contactqp.foundation import interrupts, loading
 from contactqp.foundation.interrupts import INTERRUPTED, ended_by_interrupts, run_interruptibly
 
@@ -26,6 +29,7 @@ COMMANDS = {
     "paper": ["paper", "--out", "{0}/paper"],
 }
 STARTED = "from contactqp.cli.commands import main; print('ready', flush=True); main()"
+BEGUN = "print('ready', flush=True); from contactqp_command import main; main()"
 posix = pytest.mark.skipif(os.name != "posix", reason="sends a signal of POSIX")
 
 
@@ -170,6 +174,40 @@ def test_an_interrupt_that_nobody_catches_ends_the_program_in_good_order(what):
         assert result.stderr.endswith("KeyboardInterrupt\n")
         assert "panicked" not in result.stderr
         check(result)
+
+
+def test_the_entry_point_ends_as_the_commands_do():
+    assert contactqp_command.INTERRUPTED == INTERRUPTED
+    with pytest.raises(typer.Exit) as found, bad_input():
+        raise KeyboardInterrupt
+    assert found.value.exit_code == INTERRUPTED
+
+
+@posix
+@pytest.mark.parametrize("command", [["--version"], ["compare", "no-such-case.toml"]])
+def test_a_command_interrupted_while_it_starts_says_so_and_no_more(command):
+    chance = random.Random(" ".join(command))
+    outcomes = []
+    for _ in range(6):
+        process = subprocess.Popen(
+            [sys.executable, "-c", BEGUN, *command],
+            env=environment(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(chance.uniform(0.02, 0.5))
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        outcomes.append(process.returncode)
+        if process.returncode == INTERRUPTED:
+            assert errors == contactqp_command.WORDS
+        else:  # it was done before the signal came
+            assert "Traceback" not in errors
+            assert process.returncode in (0, 2)
+    assert INTERRUPTED in outcomes
 
 
 @posix

@@ -4,18 +4,50 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from .._version import __version__
 from ..foundation.files import require_writable
-from ..foundation.interrupts import INTERRUPTED
+from ..foundation.interrupts import INTERRUPTED, ended_by_interrupts
 
 EXIT_OK, EXIT_NOT_CERTIFIED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, INTERRUPTED
 
+
+class bad_input:  # noqa: N801
+    """Turn an error of the input into one line on standard error and exit code 2, and Ctrl-C into its exit code."""
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, KeyboardInterrupt):
+            typer.echo("contactqp: interrupted", err=True)
+            raise typer.Exit(EXIT_INTERRUPTED) from None
+        if isinstance(error, BrokenPipeError):  # who read our output has enough of it
+            return
+        if isinstance(error, MemoryError):
+            error = MemoryError(f"not enough memory: {error}")
+        if isinstance(error, (ValueError, TypeError, ImportError, OSError, ArithmeticError, MemoryError)):
+            notes = "".join(f" ({note})" for note in getattr(error, "__notes__", ()))
+            typer.echo(f"contactqp: {' '.join(f'{error}{notes}'.split())}", err=True)
+            raise typer.Exit(EXIT_BAD_INPUT) from None
+
+
+class _Commands(TyperGroup):
+    """All commands: each is ended by Ctrl-C, and tells of bad input, in the same way."""
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        """Run the command that the command line names."""
+        with ended_by_interrupts(), bad_input():
+            return super().invoke(ctx)
+
+
 app = typer.Typer(
     name="contactqp",
+    cls=_Commands,
     help=(
         "Membranes and cables over rigid obstacles, solved by any backend by name.\n\n"
         "A case file (TOML) describes frame, spacing, tension, load and support; 'contactqp new' writes one. "
@@ -48,26 +80,6 @@ class Quantity(StrEnum):
 
     GAP = "gap"
     DEFLECTION = "deflection"
-
-
-class bad_input:  # noqa: N801
-    """Turn an error of the input into one line on standard error and exit code 2, and Ctrl-C into its exit code."""
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, KeyboardInterrupt):
-            typer.echo("contactqp: interrupted", err=True)
-            raise typer.Exit(EXIT_INTERRUPTED) from None
-        if isinstance(error, BrokenPipeError):  # who read our output has enough of it
-            return
-        if isinstance(error, MemoryError):
-            error = MemoryError(f"not enough memory: {error}")
-        if isinstance(error, (ValueError, TypeError, ImportError, OSError, ArithmeticError, MemoryError)):
-            notes = "".join(f" ({note})" for note in getattr(error, "__notes__", ()))
-            typer.echo(f"contactqp: {' '.join(f'{error}{notes}'.split())}", err=True)
-            raise typer.Exit(EXIT_BAD_INPUT) from None
 
 
 def tolerance(text: str) -> float | str:
