@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import typer
 
+import contactqp as cq
 import contactqp_command
 from contactqp.cli.application import bad_input
 from contactqp.foundation import interrupts, loading
@@ -54,6 +55,60 @@ def test_an_interrupt_leaves_the_work_behind_and_asks_it_to_stop(nothing_left):
     with pytest.raises(KeyboardInterrupt):
         run_interruptibly(work, abandon=asked.set)
     assert ended.wait(5)
+
+
+@posix
+@pytest.mark.parametrize("seconds", [None, 60.0])
+def test_work_within_work_that_is_left_behind_is_asked_to_stop_too(nothing_left, seconds):
+    """As a backend's library is, which is called within the thread that a time limit takes."""
+    asked, ended = threading.Event(), threading.Event()
+
+    def library():
+        asked.wait(10)
+        ended.set()
+
+    def backend():
+        return run_interruptibly(library, abandon=asked.set, seconds=seconds)
+
+    interrupted_soon()
+    with pytest.raises(KeyboardInterrupt):
+        run_interruptibly(backend, seconds=60.0)
+    assert ended.wait(5)
+
+
+def test_work_that_begins_after_the_call_around_it_was_left_behind_is_asked_to_stop_at_once(nothing_left):
+    asked, go_on, ended = threading.Event(), threading.Event(), threading.Event()
+
+    def backend():
+        go_on.wait(10)
+        run_interruptibly(ended.set, abandon=asked.set)
+
+    with pytest.raises(interrupts.OutOfTime):
+        run_interruptibly(backend, seconds=0.1)
+    go_on.set()
+    assert ended.wait(5)
+    assert asked.is_set()
+
+
+@posix
+def test_clarabel_is_told_of_an_interrupt_although_it_has_a_time_limit(nothing_left, monkeypatch):
+    told = []
+
+    class Told(threading.Event):
+        def __init__(self):
+            super().__init__()
+            told.append(self)
+
+    monkeypatch.setattr("contactqp.backends.clarabel.Event", Told)
+    lattice = cq.Frame.rectangle(1.0, 1.0).lattice(spacing=1 / 200)
+    membrane = cq.Membrane(lattice, tension=1.0, load=4.0, support=0.1)
+    cq.solve(cq.gallery.bowl(9), "clarabel")  # loads the library
+    interrupted_soon()
+    with pytest.raises(KeyboardInterrupt):
+        cq.solve(membrane, "clarabel", tol=1e-9, time_limit=120.0)
+    assert told[-1].is_set()
+    (thread,) = interrupts._left_behind
+    thread.join(60)  # what is at work while the interpreter goes down would end the process
 
 
 def test_what_the_work_returns_and_raises_is_passed_on():
