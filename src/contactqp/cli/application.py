@@ -75,6 +75,13 @@ TimeLimit = Annotated[float | None, typer.Option(help="Seconds for each backend.
 Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .svg).", show_default=False)]
 
 
+class RowsOfAnswer(StrEnum):
+    """Which way y goes from row to row of an answer's array."""
+
+    UP = "up"
+    DOWN = "down"
+
+
 class Quantity(StrEnum):
     """What the numbers of an answer are."""
 

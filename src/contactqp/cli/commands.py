@@ -15,6 +15,7 @@ from .application import (
     Case,
     Plot,
     Quantity,
+    RowsOfAnswer,
     TimeLimit,
     Tol,
     check_output,
@@ -120,6 +121,14 @@ def certify(
             help="What the numbers are: gaps to the support, or deflections, positive as the heights of the case."
         ),
     ] = Quantity.GAP,
+    rows: Annotated[
+        RowsOfAnswer | None,
+        typer.Option(
+            help="Which way y goes from row to row of an array: up, its first row has the smallest y (so it is if "
+            "nothing is said), or down; to be said where the rows of the case's own files go down.",
+            show_default=False,
+        ),
+    ] = None,
     tol: Tol = "1e-6",
     out: Annotated[
         Path | None, typer.Option(help="Write the enclosure (.json, or .nc with all fields).", show_default=False)
@@ -136,7 +145,12 @@ def certify(
     from .records import print_enclosure, write_enclosure
 
     model = load_case(case)
-    judged = judged_answer(model, read_answer(answer, model, quantity.value), tolerance(tol), answer.name)
+    judged = judged_answer(
+        model,
+        read_answer(answer, model, quantity.value, rows=None if rows is None else rows.value),
+        tolerance(tol),
+        answer.name,
+    )
     print_enclosure(judged, case, answer)
     if out is not None:
         write_enclosure(judged, case, answer, out)
