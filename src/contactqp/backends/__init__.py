@@ -159,9 +159,13 @@ def choose_backend(problem: ContactQP) -> tuple[str, str]:
 
     Measured on two cores (``benchmarks/speed.py``): up to some thousand unknowns active sets need no compiled kernels
     and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other M-matrices active
-    sets are the fastest at any size. Interior points do not need an M-matrix.
+    sets are the fastest at any size. Interior points do not need an M-matrix. A Z-matrix that is no more than not
+    proven to be an M-matrix is one, as it has passed for positive definite: it is left to active sets as well.
     """
     if not problem.is_m_matrix:
+        if problem.is_z_matrix and problem.size <= DIRECT_SIZE:
+            # It is one, but for rounding. Interior points take such a matrix for an unbounded problem.
+            return "active-set", f"auto: G is too ill-conditioned to be proven an M-matrix, {problem.told_condition}"
         return "clarabel", "auto: G is no M-matrix"
     if problem.size <= DIRECT_SIZE:
         return "active-set", f"auto: {problem.size} unknowns are few"

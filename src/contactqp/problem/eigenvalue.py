@@ -54,6 +54,11 @@ def proven_least_eigenvalue(matrix: csr_array) -> tuple[float, Vector] | None:
     return None
 
 
+def affordable(matrix: csr_array) -> bool:
+    """Whether the factorisation that the proof needs does not take too long."""
+    return Band(matrix).affordable
+
+
 def _scaled(matrix: csr_array, units: Vector) -> csr_array | None:
     """Return DGD for powers of two D; None where an entry is rounded by it."""
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))

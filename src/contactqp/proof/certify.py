@@ -74,7 +74,8 @@ def certify(
     Raises
     ------
     UnsuitableProblemError
-        If no bound is known: the matrix is no M-matrix and no H-matrix, and too large for a proof by factorisation.
+        If no bound is known: the matrix is no M-matrix and no H-matrix, and too large for a proof by factorisation; or
+        it is so ill-conditioned that double precision proves nothing of it. The message tells which.
     TypeError, ValueError
         If ``problem`` is no problem, ``gap`` has the wrong shape or is not finite, or ``effort`` is unknown; or if the
         matrix turns out not to be positive definite, to rounding.
@@ -99,8 +100,7 @@ def certify(
     found = measure(algebra, omega).certificate()
     if found is None:
         raise UnsuitableProblemError(
-            f"no enclosure is known for {algebra!r}: its matrix is neither an M-matrix nor an H-matrix, and "
-            "too large for a proof of its smallest eigenvalue; rely on the residuals"
+            f"no enclosure is known for {algebra!r}: {algebra.facts.why_nothing_is_proven}; rely on the residuals"
         )
     if effort == "sharp":
         found = sharper(found, omega)

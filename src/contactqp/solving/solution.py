@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from ..algebra.conditioning import digits_kept
 from ..backends.base import Answer, Backend, State, Stop
 from ..backends.contract import checked_answer
 from ..errors import ContactWarning, NotCertifiedError
@@ -450,11 +451,25 @@ class Solution:
             achieved = f"no bound is known, natural residual {residual:.2g} of the gap scale"
         message = (
             f"{self.backend} {_OUTCOMES[self.status]}: {achieved}, wanted {self.tol:g} ({self.termination}). "
-            f"{self.status.advice}"
+            f"{self.status.advice}{f' {self._conditioning}.' if self._conditioning else ''}"
         )
         if on_failure == "raise":
             raise NotCertifiedError(message, self)
         warnings.warn(message, ContactWarning, stacklevel=stacklevel)
+
+    @cached_property
+    def _conditioning(self) -> str:
+        """What an ill-conditioned matrix has to do with an answer that is not certified; else empty."""
+        problem = self.problem
+        if self.status in (Status.CERTIFIED, Status.TIME_LIMIT) or problem.size > DIRECT_SIZE:
+            return ""
+        kept = digits_kept(problem.condition)
+        if 10.0**-kept <= self.tol:
+            return ""
+        return (
+            f"G is ill-conditioned, {problem.told_condition}: double precision keeps {counted(kept, 'digit')} of an "
+            "answer"
+        )
 
     @property
     def contact_area(self) -> Bracket:
@@ -660,7 +675,8 @@ class Solution:
         wanted = f"of the gap scale; tol {self.tol:g}"
         if self.certificate is not None:
             relative = f"{at_most(self.relative_bound, 1)} {wanted}"
-            proof = "weaker bound, no M-matrix" if self.certificate.weaker else "certified"
+            lacking = "no proof of an M-matrix" if self.problem.is_z_matrix else "no M-matrix"
+            proof = f"weaker bound, {lacking}" if self.certificate.weaker else "certified"
             yield "gap error", f"<= {at_most(self.certificate.gap_bound)} ({proof}), {relative}"
             certain, clear = (int(np.count_nonzero(m)) for m in (self.certificate.contact, self.certificate.clear))
             undecided = int(np.count_nonzero(self.certificate.undecided))
@@ -676,4 +692,6 @@ class Solution:
             yield "note", self.note
         if not self.status.ok:
             yield f"{self.backend} said", self.termination
+            if self._conditioning:
+                yield "matrix", self._conditioning
             yield "advice", self.status.advice
