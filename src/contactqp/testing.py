@@ -30,7 +30,7 @@ _SHOWN = 5
 def assert_complementary(
     problem: ContactQP | ContactModel, gap: ArrayLike, *, tol: float = 1e-6, rows: Rows | None = None
 ) -> Verdict:
-    """Assert that ``gap`` solves the problem: certified within ``tol`` of the gap scale.
+    """Assert that ``gap`` solves the problem: certified within ``tol`` of the error scale.
 
     A small residual is not enough: where nothing is proven, the assertion fails.
 
@@ -65,7 +65,7 @@ def assert_complementary(
     ... except AssertionError as error:
     ...     print(error)
     gap does not solve Cable(9 nodes, spacing=1, tension=1, load=1, support=2):
-    certified bound 0.053 > 1e-06 of the gap scale
+    certified bound 0.053 > 1e-06 of the error scale
       worst node 1 (x=2, y=0): gap 0.1, reaction 0.5, min(gap, R/G_ii) = 0.1
       min gap 0.1, min reaction 0.1, gap·R 0.72
     """
@@ -82,9 +82,9 @@ def assert_complementary(
     formula = "min(gap, R/G_ii)" if bounds.standard else "min(gap - lower, R/G_ii)"
     formula = formula if bounds.one_sided else f"max(gap - upper, {formula})"
     worst = int(np.argmax(np.abs(natural)))
-    found = f"certified bound {verdict.relative_bound:.2g} > {tol:g} of the gap scale"
+    found = f"certified bound {verdict.relative_bound:.2g} > {tol:g} of the error scale"
     if verdict.certificate is None:
-        found = f"no bound is known for such a matrix; residual {verdict.relative_residual:.2g} of the gap scale"
+        found = f"no bound is known for such a matrix; residual {verdict.relative_residual:.2g} of the error scale"
     claim = "is not proven to solve" if verdict.status is Status.UNPROVEN else "does not solve"
     raise AssertionError(
         f"gap {claim} {problem!r}: {found}\n"
@@ -377,7 +377,7 @@ def _refuse_other_nodes(first: Solution, second: Solution) -> None:
 def _refuse_what_is_not_ok(solution: Solution) -> None:
     if not solution.status.ok:
         raise AssertionError(
-            f"{_whose(solution)} is {solution.status.value}, bound {solution.relative_bound:.2g} of the gap scale, "
+            f"{_whose(solution)} is {solution.status.value}, bound {solution.relative_bound:.2g} of the error scale, "
             f"wanted {solution.tol:g} ({solution.termination}). {solution.status.advice}"
         )
 

@@ -51,7 +51,8 @@ app = typer.Typer(
     help=(
         "Membranes and cables over rigid obstacles, solved by any backend by name.\n\n"
         "A case file (TOML) describes frame, spacing, tension, load and support; 'contactqp new' writes one. "
-        "Every answer is judged by the package itself and comes with a certified bound of its error.\n\n"
+        "Every answer is judged by the package itself and comes with a certified bound of its error "
+        "against the exact solution of the discrete problem.\n\n"
         "Exit codes: 0 ok; 1 not certified, or no agreement; 2 bad input; 130 interrupted by Ctrl-C."
     ),
     no_args_is_help=True,
@@ -66,8 +67,9 @@ Case = Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=Fal
 Tol = Annotated[
     str,
     typer.Option(
-        help="Wanted bound of the gap's error, relative to the gap scale: a number in (0, 1), low (1e-3), mid (1e-6), "
-        "high (1e-9), or default: each library as its authors ship it, judged by 1e-6.",
+        help="Wanted bound of the gap's error against the exact solution of the discrete problem, relative to the "
+        "error scale (a length of the problem, or the answer's largest deflection where that is smaller): a number in "
+        "(0, 1), low (1e-3), mid (1e-6), high (1e-9), or default: each library as its authors ship it, judged by 1e-6.",
         metavar="NUMBER|LEVEL",
     ),
 ]
