@@ -49,10 +49,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--contact-tol",
         metavar="TOL",
-        help=f"tolerance relative to the gap scale, between 0 and 1 (default: {DEFAULT_TOL:g})",
+        help=f"tolerance relative to the error scale, between 0 and 1 (default: {DEFAULT_TOL:g})",
     )
     parser.addini("contact_backends", "backends to test with, unless --contact-backends is given", type="args")
-    parser.addini("contact_tol", "tolerance relative to the gap scale, unless --contact-tol is given")
+    parser.addini("contact_tol", "tolerance relative to the error scale, unless --contact-tol is given")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -109,7 +109,7 @@ def contact_backend(_contact_backend_name: str, contact_backends: list[str]) -> 
 
 @pytest.fixture(scope="session")
 def contact_tol(request: pytest.FixtureRequest) -> float:
-    """Tolerance relative to the gap scale: that of --contact-tol, by default 1e-6."""
+    """Tolerance relative to the error scale: that of --contact-tol, by default 1e-6."""
     return _choice(request.config).tol
 
 

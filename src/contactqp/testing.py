@@ -12,6 +12,7 @@ from .comparison.compare import compare
 from .comparison.comparison import Comparison
 from .foundation.checks import Mask, Vector, finite_number, open_interval
 from .foundation.text import at_upper_bound
+from .geometry.fields import Rows
 from .models.base import ContactModel, at_unknowns
 from .problem.contact_qp import ContactQP
 from .proof.certificate import Certificate
@@ -26,8 +27,10 @@ _SHOWN = 5
 """A message shows at most this many of the nodes that fail."""
 
 
-def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, tol: float = 1e-6) -> Verdict:
-    """Assert that ``gap`` solves the problem: certified within ``tol`` of the gap scale.
+def assert_complementary(
+    problem: ContactQP | ContactModel, gap: ArrayLike, *, tol: float = 1e-6, rows: Rows | None = None
+) -> Verdict:
+    """Assert that ``gap`` solves the problem: certified within ``tol`` of the error scale.
 
     A small residual is not enough: where nothing is proven, the assertion fails.
 
@@ -38,6 +41,8 @@ def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, t
         The claimed solution ω (length), from any program; on a lattice also an array of its shape.
     tol : float
         As for `contactqp.solve`.
+    rows : {"up", "down"}, optional
+        As for `contactqp.certify`.
 
     Returns
     -------
@@ -60,13 +65,13 @@ def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, t
     ... except AssertionError as error:
     ...     print(error)
     gap does not solve Cable(9 nodes, spacing=1, tension=1, load=1, support=2):
-    certified bound 0.053 > 1e-06 of the gap scale
+    certified bound 0.053 > 1e-06 of the error scale
       worst node 1 (x=2, y=0): gap 0.1, reaction 0.5, min(gap, R/G_ii) = 0.1
       min gap 0.1, min reaction 0.1, gap·R 0.72
     """
     __tracebackhide__ = True  # pytest then points at the line of the test
     algebra = problem.problem if isinstance(problem, ContactModel) else problem
-    omega, bounds = at_unknowns(problem, gap, "gap"), algebra.bounds
+    omega, bounds = at_unknowns(problem, gap, "gap", rows=rows), algebra.bounds
     verdict = judge(algebra, omega, open_interval(tol, 0.0, 1.0, "tol"))
     if verdict.status.ok:
         return verdict
@@ -77,9 +82,9 @@ def assert_complementary(problem: ContactQP | ContactModel, gap: ArrayLike, *, t
     formula = "min(gap, R/G_ii)" if bounds.standard else "min(gap - lower, R/G_ii)"
     formula = formula if bounds.one_sided else f"max(gap - upper, {formula})"
     worst = int(np.argmax(np.abs(natural)))
-    found = f"certified bound {verdict.relative_bound:.2g} > {tol:g} of the gap scale"
+    found = f"certified bound {verdict.relative_bound:.2g} > {tol:g} of the error scale"
     if verdict.certificate is None:
-        found = f"no bound is known for such a matrix; residual {verdict.relative_residual:.2g} of the gap scale"
+        found = f"no bound is known for such a matrix; residual {verdict.relative_residual:.2g} of the error scale"
     claim = "is not proven to solve" if verdict.status is Status.UNPROVEN else "does not solve"
     raise AssertionError(
         f"gap {claim} {problem!r}: {found}\n"
@@ -125,7 +130,9 @@ def assert_backends_agree(
     raise AssertionError(f"{comparison.verdict()}\n{comparison!r}\n{_worst_difference(problem, comparison)}".rstrip())
 
 
-def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slack: float = 0.0) -> None:
+def assert_encloses(
+    certificate: Certificate | Solution, gap: ArrayLike, *, slack: float = 0.0, rows: Rows | None = None
+) -> None:
     """Assert that a reference solution lies within proven bounds, node by node.
 
     The bounds of an answer that is not as good as was asked for are too wide to say anything of it, so that the
@@ -141,6 +148,8 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
     slack : float
         How wrong ``gap`` itself may be (length), >= 0; it widens the bounds. What the rounding of ``gap`` amounts to,
         and the proven error of a `Solution` that is given for it, are allowed for in any case.
+    rows : {"up", "down"}, optional
+        As for `contactqp.certify`.
 
     Raises
     ------
@@ -175,7 +184,7 @@ def assert_encloses(certificate: Certificate | Solution, gap: ArrayLike, *, slac
         raise AssertionError(f"{_whose(certificate)} has no bounds: {_why_unproven(certificate)}")
     if not isinstance(bounds, Certificate):
         raise TypeError(f"certificate must be a Certificate or a Solution, got {type(certificate).__name__}")
-    omega = at_unknowns(bounds.problem if bounds.model is None else bounds.model, gap, "gap")
+    omega = at_unknowns(bounds.problem if bounds.model is None else bounds.model, gap, "gap", rows=rows)
     slack = finite_number(slack, "slack")
     if slack < 0:
         raise ValueError(f"slack must be >= 0, got {slack:g}")
@@ -212,7 +221,7 @@ def _own_error(gap: ArrayLike | Solution, values: Vector) -> float:
     return rounding if proof is None else rounding + proof.gap_bound
 
 
-def assert_same_contact(first: Solution | ArrayLike, second: Solution | ArrayLike) -> Mask:
+def assert_same_contact(first: Solution | ArrayLike, second: Solution | ArrayLike, *, rows: Rows | None = None) -> Mask:
     """Assert that two solutions have the same nodes in contact, except where either certificate leaves it undecided.
 
     One of the two may be a mask of the nodes in contact, by any program.
@@ -224,6 +233,8 @@ def assert_same_contact(first: Solution | ArrayLike, second: Solution | ArrayLik
     first, second : Solution, or array of bool
         Answers on the same nodes, by any backends and to any tolerances; also to two problems that should be one. Or
         one answer, and a mask: shape (n,), or on a lattice of the lattice's shape, or an xarray.DataArray.
+    rows : {"up", "down"}, optional
+        Which way the rows of a mask go, as for `contactqp.certify`.
 
     Returns
     -------
@@ -263,7 +274,7 @@ def assert_same_contact(first: Solution | ArrayLike, second: Solution | ArrayLik
     __tracebackhide__ = True
     if isinstance(first, Solution) != isinstance(second, Solution):
         pair: tuple[Any, Any] = (first, second) if isinstance(first, Solution) else (second, first)
-        return _assert_contact(pair[0], _mask_of(*pair))
+        return _assert_contact(pair[0], _mask_of(*pair, rows))
     if not (isinstance(first, Solution) and isinstance(second, Solution)):
         raise TypeError(
             f"first or second must be a Solution, as contactqp.solve returns it, got {type(first).__name__} and "
@@ -306,7 +317,7 @@ def assert_same_contact(first: Solution | ArrayLike, second: Solution | ArrayLik
     )
 
 
-def _mask_of(solution: Solution, mask: ArrayLike) -> Mask:
+def _mask_of(solution: Solution, mask: ArrayLike, rows: Rows | None) -> Mask:
     """Return a mask of a solution's nodes, shape (n,); it may be laid out on the lattice."""
     values: Any = np.ma.asarray(mask)
     if values.dtype != np.bool_:
@@ -314,7 +325,7 @@ def _mask_of(solution: Solution, mask: ArrayLike) -> Mask:
             f"a mask of the nodes in contact must be boolean, got dtype {values.dtype}; compare it first, e.g. gap <= 0"
         )
     numbers = getattr(mask, "astype", values.astype)(np.float64)
-    return np.asarray(at_unknowns(solution.subject, numbers, "the mask") != 0)
+    return np.asarray(at_unknowns(solution.subject, numbers, "the mask", rows=rows) != 0)
 
 
 def _assert_contact(solution: Solution, mask: Mask) -> Mask:
@@ -366,7 +377,7 @@ def _refuse_other_nodes(first: Solution, second: Solution) -> None:
 def _refuse_what_is_not_ok(solution: Solution) -> None:
     if not solution.status.ok:
         raise AssertionError(
-            f"{_whose(solution)} is {solution.status.value}, bound {solution.relative_bound:.2g} of the gap scale, "
+            f"{_whose(solution)} is {solution.status.value}, bound {solution.relative_bound:.2g} of the error scale, "
             f"wanted {solution.tol:g} ({solution.termination}). {solution.status.advice}"
         )
 

@@ -321,3 +321,13 @@ def test_the_papers_table_is_readable(tmp_path):
     table = output[: output.index("README.txt")]
     assert max(map(len, table.splitlines()[:-1])) <= 80
     assert "…" not in table.replace("1.05, …, 1.95", "")
+
+
+def test_certify_tells_its_figures_against_what_and_of_what(tmp_path):
+    solution = cq.solve(load_case(CABLE))
+    np.save(tmp_path / "gap.npy", solution.gap)
+    result = run("certify", CABLE, tmp_path / "gap.npy", "--out", tmp_path / "e.json", columns=80)
+    record = json.loads((tmp_path / "e.json").read_text())
+    assert record["error_scale"] == solution.verdict.scale
+    assert f"of the error scale {record['error_scale']:.3g}; tol" in result.output
+    assert "against     the exact solution of the discrete problem" in result.output

@@ -48,10 +48,11 @@ def test_agreement_reads_well(agreeing):
     assert agreeing.agree
     assert agreeing.culprits == {}
     lines = text.splitlines()
-    assert lines[0].startswith(
-        "Membrane(1857 nodes, spacing=1, tension=1, load=0.03, support=0 to 1.25), tol 1e-06 of the gap scale 1.09"
-    )
-    assert lines[2].split() == [
+    assert lines[:2] == [
+        "Membrane(1857 nodes, spacing=1, tension=1, load=0.03, support=0 to 1.25)",
+        "gap errors against the exact solution of the discrete problem: tol 1e-06 of the error scale, at most 1.09",
+    ]
+    assert lines[3].split() == [
         "backend", "status", "iterations", "seconds", "bound/scale", "true", "error", "min", "gap", "min", "R", "gap·R",
         "contact", "undecided",
     ]  # fmt: skip
@@ -194,7 +195,7 @@ def test_own_defaults_are_claims_to_be_checked():
     assert comparison.false_claims["osqp"].startswith("said 'solved, eps 1e-03', and its gap is wrong by at least 0.0")
     assert comparison.verdict().endswith(" Said to have solved it, and did not (1): osqp.")
     assert "False claim: osqp said" in repr(comparison)
-    assert "tol 1e-06 (default) of the gap scale" in repr(comparison)
+    assert "tol 1e-06 (default) of the error scale" in repr(comparison)
     low, high = comparison.true_error["osqp"]
     assert 1e-6 * HEXAGON.problem.gap_scale < low <= high < 1.001 * low
     assert comparison.provenance.options["osqp"] == {}
@@ -322,7 +323,7 @@ def test_beyond_m_matrices_agreement_rests_on_proofs(monkeypatch):
     others = cq.compare(problem)
     assert [row.backend for row in others.rows] == ["osqp", "clarabel", "psor", "active-set"]
     assert others.agree
-    assert others.verdict().startswith("All 3 backends agree: certified")
+    assert others.verdict().startswith("All 4 backends agree: certified")
     monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     unproven = cq.compare(cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, 0.0, 0.0]))
     assert not unproven.agree
@@ -467,3 +468,21 @@ def test_a_session_that_cannot_be_set_up_leaves_the_answer_without_warm_seconds(
     assert row.status == "certified"
     assert row.warm_seconds is None
     assert Refuses.asked == 2
+
+
+def test_every_page_says_once_what_errors_are_against(agreeing, tmp_path):
+    against = "the exact solution of the discrete problem"
+    page = agreeing.report(tmp_path / "page.html").read_text(encoding="utf-8")
+    for text in (repr(agreeing), agreeing._repr_html_(), page, repr(agreeing.best), agreeing.best._repr_html_()):
+        assert text.lower().count(against) == 1
+
+
+def test_what_is_relative_to_the_answer_s_own_scale_is_not_called_the_problem_s():
+    """An answer near zero has a smaller scale than the problem."""
+    problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0], gap_scale=100.0)
+    with pytest.warns(cq.ContactWarning, match=r"bound \S+ of the error scale, wanted 1e-06"):
+        solution = cq.solve(problem, "psor", max_iter=1)
+    assert solution.verdict.scale < problem.gap_scale
+    assert solution.relative_bound == solution.certificate.gap_bound / solution.verdict.scale
+    assert "of the error scale; tol 1e-06" in repr(solution)
+    assert "gap scale" not in repr(solution)

@@ -63,7 +63,7 @@ def test_every_backend_that_suits_finds_both_contact_sets(agreeing):
 def test_table_and_page_tell_how_many_nodes_are_at_the_upper_bound(model, tmp_path):
     comparison = cq.compare(model, ["osqp", "clarabel"])
     upper = int(comparison.best.contact_upper.sum())
-    header, *body = [line.split() for line in repr(comparison).splitlines()[2:5]]
+    header, *body = [line.split() for line in repr(comparison).splitlines()[3:6]]
     assert header[-4:] == ["contact", "at", "upper", "undecided"]
     assert [line[-2] for line in body] == [str(upper)] * 2
     page = comparison.report(tmp_path / "page.html").read_text(encoding="utf-8")

@@ -10,7 +10,11 @@ import time
 from pathlib import Path
 
 import pytest
+import typer
 
+import contactqp as cq
+import contactqp_command
+from contactqp.cli.application import bad_input
 from contactqp.foundation import interrupts, loading
 from contactqp.foundation.interrupts import INTERRUPTED, ended_by_interrupts, run_interruptibly
 
@@ -26,6 +30,7 @@ COMMANDS = {
     "paper": ["paper", "--out", "{0}/paper"],
 }
 STARTED = "from contactqp.cli.commands import main; print('ready', flush=True); main()"
+BEGUN = "print('ready', flush=True); from contactqp_command import main; main()"
 posix = pytest.mark.skipif(os.name != "posix", reason="sends a signal of POSIX")
 
 
@@ -50,6 +55,60 @@ def test_an_interrupt_leaves_the_work_behind_and_asks_it_to_stop(nothing_left):
     with pytest.raises(KeyboardInterrupt):
         run_interruptibly(work, abandon=asked.set)
     assert ended.wait(5)
+
+
+@posix
+@pytest.mark.parametrize("seconds", [None, 60.0])
+def test_work_within_work_that_is_left_behind_is_asked_to_stop_too(nothing_left, seconds):
+    """As a backend's library is, which is called within the thread that a time limit takes."""
+    asked, ended = threading.Event(), threading.Event()
+
+    def library():
+        asked.wait(10)
+        ended.set()
+
+    def backend():
+        return run_interruptibly(library, abandon=asked.set, seconds=seconds)
+
+    interrupted_soon()
+    with pytest.raises(KeyboardInterrupt):
+        run_interruptibly(backend, seconds=60.0)
+    assert ended.wait(5)
+
+
+def test_work_that_begins_after_the_call_around_it_was_left_behind_is_asked_to_stop_at_once(nothing_left):
+    asked, go_on, ended = threading.Event(), threading.Event(), threading.Event()
+
+    def backend():
+        go_on.wait(10)
+        run_interruptibly(ended.set, abandon=asked.set)
+
+    with pytest.raises(interrupts.OutOfTime):
+        run_interruptibly(backend, seconds=0.1)
+    go_on.set()
+    assert ended.wait(5)
+    assert asked.is_set()
+
+
+@posix
+def test_clarabel_is_told_of_an_interrupt_although_it_has_a_time_limit(nothing_left, monkeypatch):
+    told = []
+
+    class Told(threading.Event):
+        def __init__(self):
+            super().__init__()
+            told.append(self)
+
+    monkeypatch.setattr("contactqp.backends.clarabel.Event", Told)
+    lattice = cq.Frame.rectangle(1.0, 1.0).lattice(spacing=1 / 200)
+    membrane = cq.Membrane(lattice, tension=1.0, load=4.0, support=0.1)
+    cq.solve(cq.gallery.bowl(9), "clarabel")  # loads the library
+    interrupted_soon()
+    with pytest.raises(KeyboardInterrupt):
+        cq.solve(membrane, "clarabel", tol=1e-9, time_limit=120.0)
+    assert told[-1].is_set()
+    (thread,) = interrupts._left_behind
+    thread.join(60)  # what is at work while the interpreter goes down would end the process
 
 
 def test_what_the_work_returns_and_raises_is_passed_on():
@@ -170,6 +229,40 @@ def test_an_interrupt_that_nobody_catches_ends_the_program_in_good_order(what):
         assert result.stderr.endswith("KeyboardInterrupt\n")
         assert "panicked" not in result.stderr
         check(result)
+
+
+def test_the_entry_point_ends_as_the_commands_do():
+    assert contactqp_command.INTERRUPTED == INTERRUPTED
+    with pytest.raises(typer.Exit) as found, bad_input():
+        raise KeyboardInterrupt
+    assert found.value.exit_code == INTERRUPTED
+
+
+@posix
+@pytest.mark.parametrize("command", [["--version"], ["compare", "no-such-case.toml"]])
+def test_a_command_interrupted_while_it_starts_says_so_and_no_more(command):
+    chance = random.Random(" ".join(command))
+    outcomes = []
+    for _ in range(6):
+        process = subprocess.Popen(
+            [sys.executable, "-c", BEGUN, *command],
+            env=environment(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(chance.uniform(0.02, 0.5))
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        outcomes.append(process.returncode)
+        if process.returncode == INTERRUPTED:
+            assert errors == contactqp_command.WORDS
+        else:  # it was done before the signal came
+            assert "Traceback" not in errors
+            assert process.returncode in (0, 2)
+    assert INTERRUPTED in outcomes
 
 
 @posix

@@ -220,7 +220,7 @@ def test_compare_writes_a_report_and_says_what_was_found(tmp_path):
     arguments = ("--backends", "osqp,psor", "--tol", "default", "--repeats", "1", "--report", page)
     result = run("compare", EXAMPLES / "cable.toml", *arguments)
     assert result.exit_code == 1, result.output
-    assert "tol 1e-06 (default) of the gap scale" in result.output
+    assert "tol 1e-06 (default) of the error scale" in result.output
     assert "False claim: osqp said 'solved, eps 1e-03'" in result.output
     assert f"report: {page}" in result.output.replace("\n", "")
     assert "<title>cable.toml</title>" in page.read_text(encoding="utf-8")

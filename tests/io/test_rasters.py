@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from PIL import Image
 from PIL.TiffImagePlugin import ImageFileDirectory_v2
+from typer.testing import CliRunner
 
 import contactqp as cq
+from contactqp.cli.commands import app
 from contactqp.io.cases import load_case
 from contactqp.io.rasters import read_picture, read_tiff
 
@@ -243,3 +245,35 @@ def test_elevations_in_case_files(case, tmp_path):
         load_case(case("-0.3", 'upwards = "yes"'))
     dome = '{profile = "hemisphere", depth = 0.1, radius = 0.8}'
     np.testing.assert_array_equal(load_case(case(dome, "upwards = true")).support, -load_case(case(dome)).support)
+
+
+def test_an_answer_to_a_case_of_rasters_must_say_which_way_its_rows_go(case, tmp_path):
+    write_tiff(tmp_path / "f.tif", (0.1 + RAMP / 100).astype("f4"))
+    path = case('{file = "f.tif"}', load="0.8")
+    model = load_case(path)
+    assert model.rows == "down"
+    solution = cq.solve(model)
+    data = solution.to_dataset()
+    np.save(tmp_path / "vector.npy", solution.gap)
+    np.save(tmp_path / "grid.npy", data["gap"].values)
+    data.to_netcdf(tmp_path / "fields.nc")
+    arguments = ["certify", str(path), str(tmp_path / "grid.npy")]
+    refused = CliRunner().invoke(app, arguments)
+    assert refused.exit_code == 2
+    assert "say --rows down if its first row has the largest y, --rows up if the smallest" in refused.stderr
+    assert CliRunner().invoke(app, [*arguments, "--rows", "up"]).exit_code == 0
+    assert CliRunner().invoke(app, [*arguments, "--rows", "down"]).exit_code == 1
+    for name in ("vector.npy", "fields.nc"):
+        assert CliRunner().invoke(app, ["certify", str(path), str(tmp_path / name)]).exit_code == 0
+
+
+@pytest.mark.parametrize("suffix", ["npy", "tif"])
+def test_a_model_of_a_case_is_the_same_whichever_way_the_rows_of_its_files_go(case, tmp_path, suffix):
+    heights = 0.1 + RAMP / 100
+    np.save(tmp_path / "load.npy", 1 + heights)
+    write_tiff(tmp_path / "f.tif", heights[::-1].copy())
+    np.save(tmp_path / "f.npy", heights)
+    model = load_case(case(f'{{file = "f.{suffix}"}}', load='{file = "load.npy"}'))
+    assert model.rows == ("up" if suffix == "npy" else "down")
+    np.testing.assert_allclose(model.support, LATTICE.gather(heights), rtol=1e-6)
+    np.testing.assert_array_equal(model.load, LATTICE.gather(1 + heights))

@@ -153,7 +153,7 @@ def test_a_small_residual_without_a_proof_does_not_pass(monkeypatch):
     monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     text = message_of(assert_complementary, ALL_TIED, [1.0, 0.0, 0.0])
     assert text.startswith("gap is not proven to solve ContactQP(3 unknowns")
-    assert "no bound is known for such a matrix; residual 0 of the gap scale" in text
+    assert "no bound is known for such a matrix; residual 0 of the error scale" in text
 
 
 def test_contact_that_differs_is_shown_on_both_sides(solution):

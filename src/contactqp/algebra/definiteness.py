@@ -8,6 +8,7 @@ import numpy as np
 
 from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
+from ..foundation.text import counted
 from .band import Band
 
 if TYPE_CHECKING:
@@ -94,8 +95,7 @@ def _objection(matrix: csr_array, balance: Vector) -> str:
     from scipy import sparse
 
     if matrix.shape[0] <= _FEW:
-        negative = _negative_pivots(matrix, balance)
-        return f"a factorisation finds {negative} pivot(s) <= 0" if negative else ""
+        return _told_pivots(_pivots(matrix, balance), 4 * np.finfo(float).eps * matrix.shape[0])
     scaling = sparse.diags_array(balance)
     unit = (scaling @ matrix @ scaling).tocsr()
     band, rounding = Band(unit), 4 * np.finfo(float).eps * matrix.shape[0]
@@ -148,7 +148,23 @@ def ritz_value(matrix: csr_array) -> float:
     return float(eigvalsh_tridiagonal(diagonal, beside[: len(diagonal) - 1]).min())
 
 
-def _negative_pivots(matrix: csr_array, balance: Vector) -> int:
+def _told_pivots(pivots: Vector | None, rounding: float) -> str:
+    """Return what the pivots tell against a matrix with a diagonal of ones; nothing if all are above rounding."""
+    if pivots is None:
+        return "a factorisation finds a pivot <= 0"
+    low = pivots <= rounding
+    if not low.any():
+        return ""
+    if (pivots < -rounding).any():
+        return f"a factorisation finds {counted(int(np.count_nonzero(low)), 'pivot')} <= 0"
+    return (
+        f"the smallest pivot of a factorisation is {pivots.min():.1g}, for a diagonal of ones, and rounding alone may "
+        f"make it {rounding:.1g}: G is singular, or too ill-conditioned for double precision to tell"
+    )
+
+
+def _pivots(matrix: csr_array, balance: Vector) -> Vector | None:
+    """Return the pivots of a symmetric factorisation with a diagonal of ones; None where rows must be exchanged."""
     load_modules("scipy.sparse", "scipy.sparse.linalg")
     from scipy import sparse
     from scipy.sparse import linalg
@@ -157,9 +173,6 @@ def _negative_pivots(matrix: csr_array, balance: Vector) -> int:
     unit = (scaling @ matrix @ scaling).tocsc()
     try:
         factors = linalg.splu(unit, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    except RuntimeError:
-        return 1
-    if not np.array_equal(factors.perm_r, factors.perm_c):
-        return 1
-    rounding = 4 * np.finfo(float).eps * matrix.shape[0]
-    return int(np.count_nonzero(factors.U.diagonal() <= rounding))
+    except RuntimeError:  # exactly singular
+        return np.zeros(1)
+    return np.asarray(factors.U.diagonal()) if np.array_equal(factors.perm_r, factors.perm_c) else None

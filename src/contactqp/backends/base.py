@@ -97,7 +97,7 @@ class Task:
     Attributes
     ----------
     tol : float
-        Wanted bound of the gap's error, relative to the gap scale.
+        Wanted bound of the gap's error, relative to the error scale: the gap scale, or the answer's own deflection.
     max_iter : int or None
         Limit of iterations over all rounds; None for the backend's own default.
     time_limit : float or None
@@ -105,7 +105,7 @@ class Task:
     warm_start : array or None
         A dimensionless gap to start from, with no more energy than zero has.
     bound : callable
-        ``bound(gap)`` returns the judge's bound of a dimensionless gap's error, relative to the gap scale; where
+        ``bound(gap)`` returns the judge's bound of a dimensionless gap's error, relative to the error scale; where
         nothing is proven of the matrix it is an estimate, by residual and condition, that says how far to go on.
     length_unit : float or array, shape (n,)
         What one dimensionless gap is in the user's unit of length, for options that are lengths.

@@ -53,7 +53,7 @@ class Multigrid(Backend):
             By default as many as cores.
         history : bool
             Whether to record of every cycle: "bound" (an estimate of the error's bound after its sweeps, relative to
-            the gap scale), "contraction" (of that), "changes" (nodes that came into contact or left it), "cut" (nodes
+            the error scale), "contraction" (of that), "changes" (nodes that came into contact or left it), "cut" (nodes
             at which a bound cut the correction short), "damping" (factor of the line search), "energy" (½ωᵀGω + qᵀω at
             its end, dimensionless) and "work" (sweeps over the lattice so far, or as much). Where active sets go on
             because it stalls, it ends there, and ``iterations`` counts their steps too.

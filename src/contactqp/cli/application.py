@@ -4,50 +4,16 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from .._version import __version__
 from ..foundation.files import require_writable
-from ..foundation.interrupts import INTERRUPTED
+from ..foundation.interrupts import INTERRUPTED, ended_by_interrupts
 
 EXIT_OK, EXIT_NOT_CERTIFIED, EXIT_BAD_INPUT, EXIT_INTERRUPTED = 0, 1, 2, INTERRUPTED
-
-app = typer.Typer(
-    name="contactqp",
-    help=(
-        "Membranes and cables over rigid obstacles, solved by any backend by name.\n\n"
-        "A case file (TOML) describes frame, spacing, tension, load and support; 'contactqp new' writes one. "
-        "Every answer is judged by the package itself and comes with a certified bound of its error.\n\n"
-        "Exit codes: 0 ok; 1 not certified, or no agreement; 2 bad input; 130 interrupted by Ctrl-C."
-    ),
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-    pretty_exceptions_show_locals=False,
-)
-
-PICTURES = (".png", ".pdf", ".svg", ".eps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
-"""Suffixes of pictures that matplotlib writes in every version that is allowed."""
-
-Case = Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)]
-Tol = Annotated[
-    str,
-    typer.Option(
-        help="Wanted bound of the gap's error, relative to the gap scale: a number in (0, 1), low (1e-3), mid (1e-6), "
-        "high (1e-9), or default: each library as its authors ship it, judged by 1e-6.",
-        metavar="NUMBER|LEVEL",
-    ),
-]
-TimeLimit = Annotated[float | None, typer.Option(help="Seconds for each backend.", show_default=False)]
-Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .svg).", show_default=False)]
-
-
-class Quantity(StrEnum):
-    """What the numbers of an answer are."""
-
-    GAP = "gap"
-    DEFLECTION = "deflection"
 
 
 class bad_input:  # noqa: N801
@@ -68,6 +34,61 @@ class bad_input:  # noqa: N801
             notes = "".join(f" ({note})" for note in getattr(error, "__notes__", ()))
             typer.echo(f"contactqp: {' '.join(f'{error}{notes}'.split())}", err=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
+
+
+class _Commands(TyperGroup):
+    """All commands: each is ended by Ctrl-C, and tells of bad input, in the same way."""
+
+    def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
+        """Run the command that the command line names."""
+        with ended_by_interrupts(), bad_input():
+            return super().invoke(ctx)
+
+
+app = typer.Typer(
+    name="contactqp",
+    cls=_Commands,
+    help=(
+        "Membranes and cables over rigid obstacles, solved by any backend by name.\n\n"
+        "A case file (TOML) describes frame, spacing, tension, load and support; 'contactqp new' writes one. "
+        "Every answer is judged by the package itself and comes with a certified bound of its error "
+        "against the exact solution of the discrete problem.\n\n"
+        "Exit codes: 0 ok; 1 not certified, or no agreement; 2 bad input; 130 interrupted by Ctrl-C."
+    ),
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_show_locals=False,
+)
+
+PICTURES = (".png", ".pdf", ".svg", ".eps", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
+"""Suffixes of pictures that matplotlib writes in every version that is allowed."""
+
+Case = Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)]
+Tol = Annotated[
+    str,
+    typer.Option(
+        help="Wanted bound of the gap's error against the exact solution of the discrete problem, relative to the "
+        "error scale (a length of the problem, or the answer's largest deflection where that is smaller): a number in "
+        "(0, 1), low (1e-3), mid (1e-6), high (1e-9), or default: each library as its authors ship it, judged by 1e-6.",
+        metavar="NUMBER|LEVEL",
+    ),
+]
+TimeLimit = Annotated[float | None, typer.Option(help="Seconds for each backend.", show_default=False)]
+Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .svg).", show_default=False)]
+
+
+class RowsOfAnswer(StrEnum):
+    """Which way y goes from row to row of an answer's array."""
+
+    UP = "up"
+    DOWN = "down"
+
+
+class Quantity(StrEnum):
+    """What the numbers of an answer are."""
+
+    GAP = "gap"
+    DEFLECTION = "deflection"
 
 
 def tolerance(text: str) -> float | str:

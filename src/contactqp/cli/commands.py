@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..foundation.interrupts import ended_by_interrupts
 from .application import (
     EXIT_NOT_CERTIFIED,
     EXIT_OK,
@@ -16,9 +15,9 @@ from .application import (
     Case,
     Plot,
     Quantity,
+    RowsOfAnswer,
     TimeLimit,
     Tol,
-    bad_input,
     check_output,
     tolerance,
 )
@@ -50,24 +49,23 @@ def compare(
 
     Exit code 0: all certified and in agreement; 1: not; 2: bad input; 130: interrupted.
     """
-    with bad_input():
-        check_output("--plot", plot, PICTURES)
-        check_output("--json", json, (".json",))
-        check_output("--report", report, (".html", ".htm"))
-        from ..comparison.compare import compare as compare_backends
-        from .tables import print_comparison
+    check_output("--plot", plot, PICTURES)
+    check_output("--json", json, (".json",))
+    check_output("--report", report, (".html", ".htm"))
+    from ..comparison.compare import compare as compare_backends
+    from .tables import print_comparison
 
-        model = _model_of(case)
-        names = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
-        comparison = compare_backends(model, names, tol=tolerance(tol), time_limit=time_limit, repeats=repeats)
-        print_comparison(comparison, title=case.name, wide=wide)
-        if json is not None:
-            json.write_text(comparison.to_json() + "\n", encoding="utf-8")
-        if plot is not None and comparison.best is not None:
-            comparison.plot().savefig(plot, dpi=150)
-            typer.echo(f"picture: {plot}")
-        if report is not None:
-            typer.echo(f"report: {comparison.report(report, title=case.name)}")
+    model = _model_of(case)
+    names = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
+    comparison = compare_backends(model, names, tol=tolerance(tol), time_limit=time_limit, repeats=repeats)
+    print_comparison(comparison, title=case.name, wide=wide)
+    if json is not None:
+        json.write_text(comparison.to_json() + "\n", encoding="utf-8")
+    if plot is not None and comparison.best is not None:
+        comparison.plot().savefig(plot, dpi=150)
+        typer.echo(f"picture: {plot}")
+    if report is not None:
+        typer.echo(f"report: {comparison.report(report, title=case.name)}")
     raise typer.Exit(EXIT_OK if comparison.agree else EXIT_NOT_CERTIFIED)
 
 
@@ -84,26 +82,25 @@ def solve(
 
     Exit code 0: certified; 1: not; 2: bad input; 130: interrupted.
     """
-    with bad_input():
-        from ..io.writers import WRITERS, write_solution
+    from ..io.writers import WRITERS, write_solution
 
-        check_output("--out", out, tuple(WRITERS))
-        check_output("--plot", plot, PICTURES)
-        from ..solving.solve import solve as solve_problem
+    check_output("--out", out, tuple(WRITERS))
+    check_output("--plot", plot, PICTURES)
+    from ..solving.solve import solve as solve_problem
 
-        model = _model_of(case)
-        solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
-        typer.echo(repr(solution))
-        if solution.certificate is not None:
-            typer.echo(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
-            if model.node_area is not None:
-                typer.echo(f"  contact     {_told(solution.contact_area)} ({_AREAS[model.units['load']]})")
-        if out is not None:
-            write_solution(solution, model, out)
-            typer.echo(f"fields: {out}")
-        if plot is not None and solution.residuals is not None:
-            solution.plot().savefig(plot, dpi=150)
-            typer.echo(f"picture: {plot}")
+    model = _model_of(case)
+    solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
+    typer.echo(repr(solution))
+    if solution.certificate is not None:
+        typer.echo(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
+        if model.node_area is not None:
+            typer.echo(f"  contact     {_told(solution.contact_area)} ({_AREAS[model.units['load']]})")
+    if out is not None:
+        write_solution(solution, model, out)
+        typer.echo(f"fields: {out}")
+    if plot is not None and solution.residuals is not None:
+        solution.plot().savefig(plot, dpi=150)
+        typer.echo(f"picture: {plot}")
     raise typer.Exit(EXIT_OK if solution.status.ok else EXIT_NOT_CERTIFIED)
 
 
@@ -124,6 +121,14 @@ def certify(
             help="What the numbers are: gaps to the support, or deflections, positive as the heights of the case."
         ),
     ] = Quantity.GAP,
+    rows: Annotated[
+        RowsOfAnswer | None,
+        typer.Option(
+            help="Which way y goes from row to row of an array: up, its first row has the smallest y (so it is if "
+            "nothing is said), or down; to be said where the rows of the case's own files go down.",
+            show_default=False,
+        ),
+    ] = None,
     tol: Tol = "1e-6",
     out: Annotated[
         Path | None, typer.Option(help="Write the enclosure (.json, or .nc with all fields).", show_default=False)
@@ -133,19 +138,23 @@ def certify(
 
     Exit code 0: certified to the tolerance; 1: not; 2: bad input; 130: interrupted.
     """
-    with bad_input():
-        check_output("--out", out, (".json", ".nc"))
-        from ..io.answers import read_answer
-        from ..io.cases import load_case
-        from ..solving.answered import judged_answer
-        from .records import print_enclosure, write_enclosure
+    check_output("--out", out, (".json", ".nc"))
+    from ..io.answers import read_answer
+    from ..io.cases import load_case
+    from ..solving.answered import judged_answer
+    from .records import print_enclosure, write_enclosure
 
-        model = load_case(case)
-        judged = judged_answer(model, read_answer(answer, model, quantity.value), tolerance(tol), answer.name)
-        print_enclosure(judged, case, answer)
-        if out is not None:
-            write_enclosure(judged, case, answer, out)
-            typer.echo(f"enclosure: {out}")
+    model = load_case(case)
+    judged = judged_answer(
+        model,
+        read_answer(answer, model, quantity.value, rows=None if rows is None else rows.value),
+        tolerance(tol),
+        answer.name,
+    )
+    print_enclosure(judged, case, answer)
+    if out is not None:
+        write_enclosure(judged, case, answer, out)
+        typer.echo(f"enclosure: {out}")
     raise typer.Exit(EXIT_OK if judged.status.ok else EXIT_NOT_CERTIFIED)
 
 
@@ -156,8 +165,7 @@ def new(
     """Write a commented case file, which solves as it is: 'contactqp new cable > case.toml'."""
     from ..io.templates import template
 
-    with bad_input():
-        typer.echo(template(kind), nl=False)
+    typer.echo(template(kind), nl=False)
 
 
 @app.command()
@@ -167,8 +175,7 @@ def schema() -> None:
 
     from ..io.case_sections import schema as schema_of_cases
 
-    with bad_input():
-        typer.echo(json.dumps(schema_of_cases(), indent=2, ensure_ascii=False))
+    typer.echo(json.dumps(schema_of_cases(), indent=2, ensure_ascii=False))
 
 
 @app.command()
@@ -187,16 +194,15 @@ def paper(
     """
     from ..paper.folder import CAPTIONS, prepare_folder, write_folder
 
-    with bad_input():
-        prepare_folder(out)
-        from ..paper.reproduction import reproduce
-        from ..paper.table import print_table
+    prepare_folder(out)
+    from ..paper.reproduction import reproduce
+    from ..paper.table import print_table
 
-        found = reproduce()
-        print_table(found)
-        typer.echo("")
-        for file in write_folder(found, out):
-            typer.echo(f"{file}: {CAPTIONS.get(file.name, 'Each file and its caption.')}")
+    found = reproduce()
+    print_table(found)
+    typer.echo("")
+    for file in write_folder(found, out):
+        typer.echo(f"{file}: {CAPTIONS.get(file.name, 'Each file and its caption.')}")
     raise typer.Exit(EXIT_OK if found.ok else EXIT_NOT_CERTIFIED)
 
 
@@ -205,8 +211,7 @@ def backends() -> None:
     """List the backends: method, version, what they need, and what to install where one is missing."""
     from .tables import print_backends
 
-    with bad_input():
-        print_backends()
+    print_backends()
 
 
 _AREAS = {"force per area": "area", "force per length": "length"}
@@ -232,6 +237,5 @@ def _model_of(case: Path) -> Membrane | Cable:
 
 
 def main() -> None:
-    """Run the command line."""
-    with ended_by_interrupts():
-        app()
+    """Run the command line; `contactqp_command` does so, and answers Ctrl-C before this module is loaded, too."""
+    app()

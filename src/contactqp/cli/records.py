@@ -13,6 +13,7 @@ from ..foundation.json_text import json_of
 from ..foundation.terminal import table_console
 from ..foundation.text import at_most
 from ..io.netcdf import write_netcdf
+from ..proof.status import DISCRETE
 from ..solving.solution import SLOPE_LIMIT
 
 if TYPE_CHECKING:
@@ -29,8 +30,9 @@ def print_enclosure(judged: Solution, case: Path, answer: Path) -> None:
     console.print(Text(f"{answer}: {judged.status.value}", style=colour))
     lines = {
         "case": f"{case} · {record['model']}",
-        "gap error": f"<= {at_most(judged.relative_bound)} of the gap scale {judged.problem.gap_scale:.3g}; "
+        "gap error": f"<= {at_most(judged.relative_bound)} of the error scale {judged.verdict.scale:.3g}; "
         f"tol {judged.tol:g}",
+        "against": DISCRETE,
     }
     if judged.certificate is not None:
         contact = record["contact"]
@@ -69,6 +71,7 @@ def enclosure_of(judged: Solution, case: Path, answer: Path) -> dict[str, Any]:
         "status": judged.status.value,
         "tol": judged.tol,
         "gap_scale": judged.problem.gap_scale,
+        "error_scale": judged.verdict.scale,
         "relative_bound": judged.relative_bound,
     }
     if judged.certificate is not None:

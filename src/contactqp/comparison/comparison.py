@@ -84,7 +84,7 @@ class Comparison:
 
     @property
     def tol(self) -> float:
-        """The tolerance asked for, relative to ``problem.gap_scale``."""
+        """The tolerance asked for, relative to each answer's error scale (see `solve`)."""
         return self.tolerance.tol
 
     @property

@@ -70,7 +70,7 @@ def conclusion_of(
     pairs : sequence of Pair
         Every two of the finite answers.
     tol : float
-        What was asked for, relative to the gap scale.
+        What was asked for, relative to each answer's error scale.
     left_out : mapping of str to str, optional
         By backend, why nobody asked it.
     """
@@ -172,8 +172,8 @@ def _refutation(row: Row, tol: float) -> str:
     if row.relative_bound is None:
         return f"{said}, and returned no finite answer"
     if row.true_error_lower is None or row.true_error_upper is None or row.relative_true_error is None:
-        return f"{said}, and its residual is {row.relative_residual:.2g} of the gap scale {asked}"
+        return f"{said}, and its residual is {row.relative_residual:.2g} of the error scale {asked}"
     least = row.relative_true_error * (row.true_error_lower / row.true_error_upper)
     if least > tol:
-        return f"{said}, and its gap is wrong by at least {least:.2g} of the gap scale {asked}"
-    return f"{said}, and its gap is proven no better than to {row.relative_true_error:.2g} of the gap scale {asked}"
+        return f"{said}, and its gap is wrong by at least {least:.2g} of the error scale {asked}"
+    return f"{said}, and its gap is proven no better than to {row.relative_true_error:.2g} of the error scale {asked}"

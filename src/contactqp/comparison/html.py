@@ -101,10 +101,7 @@ def report_html(compared: Compared, title: str = "") -> str:
 
 def _heading(compared: Compared, headline: str) -> str:
     state = "verdict good" if compared.conclusion.agree else "verdict"
-    asked = (
-        f"{compared.subject}; wanted: the gap's error within {compared.tolerance} of the gap scale "
-        f"{compared.answers.problem.gap_scale:.3g}"
-    )
+    asked = f"{compared.subject}; {asked_for(compared)}"
     return (
         f"<h1>{escape(headline)}</h1>\n<p>{escape(asked)}; run on {_date(compared)}.</p>\n"
         f'<p class="{state}">{escape(compared.conclusion.sentence)}</p>\n'
@@ -130,7 +127,7 @@ def _metrics(compared: Compared) -> str:
 def notebook_table(compared: Compared) -> str:
     """Return the columns of the printed table as a table of HTML, with remarks and verdict below it."""
     columns = {column.printed: column for column in printed_columns(compared.answers.problem)[1:]}
-    table = _table_of_rows(compared, f"{compared.subject}, {asked_for(compared)}", columns)
+    table = _table_of_rows(compared, f"{compared.subject}; {asked_for(compared)}", columns)
     return table + "".join(f"<p>{escape(line)}</p>\n" for line in closing_lines(compared))
 
 
@@ -195,7 +192,7 @@ def _truth(compared: Compared) -> str:
         decided, upper = answers.decided, at_upper_bound(answers.decided.get("contact_upper"))
         of_scale = f" ({truth.width / scale:.2g} of the gap scale)" if scale > 0 else ""
         text = (
-            f"The exact solution of the discrete problem lies in the intersection of {certified} "
+            f"The exact solution lies in the intersection of {certified} "
             f"enclosure{'' if certified == 1 else 's'}. At its widest node it is {truth.width:.2g} (length) "
             f"wide{of_scale}. Of {answers.problem.size} nodes {decided['contact']} are certainly in contact{upper}, "
             f"{decided['clear']} certainly clear, and {decided['undecided']} undecided."
@@ -334,7 +331,7 @@ def _known(value: float, digits: int) -> str:
 def _settings(compared: Compared) -> str:
     provenance = compared.provenance
     limits = {
-        "tolerance": f"{compared.tolerance} of the gap scale",
+        "tolerance": f"{compared.tolerance} of the error scale",
         "iterations": "each backend's own limit" if provenance.max_iter is None else f"at most {provenance.max_iter}",
         "time": "no limit" if provenance.time_limit is None else f"at most {provenance.time_limit:g} s each",
         "runs": f"one, and {provenance.repeats} more for the warm time" if provenance.repeats else "one",

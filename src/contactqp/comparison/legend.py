@@ -26,7 +26,8 @@ _SUPPORTED: dict[str, str] = {
     "bound": "Proven upper bound of max |ω − ω*| (length), from the answer's own certificate.",
     "true error": "Two lengths between which max |ω − ω*| lies, by the certificates of all backends together; over the "
     "scale: the larger one.",
-    "scale": "The gap scale, or the answer's own largest deflection where that is smaller.",
+    "scale": "The error scale, which tol is relative to: the gap scale, which is a length of the problem, or the "
+    "answer's own largest deflection where that is smaller.",
     "primal residual": "max(0, −min ω) over supported nodes (length): by how much the support is penetrated.",
     "dual residual": "max(0, −min R) (force): by how much the support pulls.",
     "duality gap": "ωᵀR (force times length): zero at the solution.",

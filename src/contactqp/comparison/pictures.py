@@ -78,7 +78,7 @@ def _draw_bars(above: Axes, below: Axes, compared: Compared) -> None:
     above.set(
         xscale="log",
         xlim=(floor, None),
-        title="Gap error / gap scale: certified (bars), true (points), tol (dashed)",
+        title="Gap error / error scale: certified (bars), true (points), tol (dashed)",
         yticks=position,
         yticklabels=names,
     )

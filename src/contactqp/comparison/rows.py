@@ -31,7 +31,7 @@ class Row:
     min_gap, min_reaction, complementarity, natural_residual, objective : float or None
         See `Residuals`; complementarity ωᵀR is the duality gap.
     relative_bound : float or None
-        Certified bound over the gap scale, infinite without a certificate.
+        Certified bound over the error scale (see `Verdict.scale`), infinite without a certificate.
     relative_residual : float or None
         Natural residual over the same scale: no bound of the error.
     contact : int or None

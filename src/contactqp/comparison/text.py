@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from ..foundation.json_text import json_of
+from ..proof.status import DISCRETE
 from .columns import printed_columns
 from .compared import Compared
 from .rows import records_of
@@ -25,8 +26,9 @@ def as_text(compared: Compared) -> str:
         )
         for line in table
     ]
-    head = f"{compared.subject}, {asked_for(compared)}"
-    return "\n".join([head, "", *(line.rstrip() for line in lines), "", *closing_lines(compared)])
+    return "\n".join(
+        [compared.subject, asked_for(compared), "", *(line.rstrip() for line in lines), "", *closing_lines(compared)]
+    )
 
 
 def closing_lines(compared: Compared) -> list[str]:
@@ -35,8 +37,9 @@ def closing_lines(compared: Compared) -> list[str]:
 
 
 def asked_for(compared: Compared) -> str:
-    """Return the tolerance in words."""
-    return f"tol {compared.tolerance} of the gap scale {compared.answers.problem.gap_scale:.3g}"
+    """Return in words what error was asked for: against what, and relative to what."""
+    scale = f"{compared.answers.problem.gap_scale:.3g}"
+    return f"gap errors against {DISCRETE}: tol {compared.tolerance} of the error scale, at most {scale}"
 
 
 def as_json(compared: Compared, indent: int | None) -> str:

@@ -16,7 +16,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from contextvars import ContextVar
 from types import FrameType
 from typing import NoReturn, Protocol, TypeVar
 
@@ -44,6 +45,43 @@ class Shown(Protocol):
         """Show the time elapsed."""
 
 
+class _Leaving:
+    """Whom to ask to stop once a call is left behind; work within it, at whatever depth, adds itself."""
+
+    def __init__(self) -> None:
+        self._guard = threading.Lock()
+        self._asked: list[Callable[[], None]] = []
+        self._left = False
+
+    @contextmanager
+    def asking(self, abandon: Callable[[], None] | None) -> Iterator[None]:
+        """Ask by ``abandon`` if the call is left while what is done inside goes on, or has been left before."""
+        if abandon is None:
+            yield
+            return
+        with self._guard:
+            self._asked.append(abandon)
+            left = self._left
+        try:
+            if left:
+                abandon()
+            yield
+        finally:
+            with self._guard:
+                self._asked.remove(abandon)
+
+    def leave(self) -> None:
+        """Ask all that are at work."""
+        with self._guard:
+            self._left, asked = True, list(self._asked)
+        for abandon in asked:
+            abandon()
+
+
+_enclosing: ContextVar[_Leaving] = ContextVar("enclosing")
+"""The call that this thread's work is done for."""
+
+
 class OutOfTime(Exception):  # noqa: N818  (a finding, not a fault)
     """A call took longer than it was allowed to."""
 
@@ -67,7 +105,8 @@ def run_interruptibly(
     progress : Progress, optional
         Kept up to date while waiting.
     abandon : callable, optional
-        Asks the library to stop, after an interrupt or when its time is over.
+        Asks the library to stop, after an interrupt or when its time is over: its own, or that of a call which this
+        one is made within.
     seconds : float, optional
         How long to wait.
 
@@ -78,10 +117,20 @@ def run_interruptibly(
     OutOfTime
         If the call is not over in time; it may still be at work then, too.
     """
+    enclosing = _enclosing.get(None)
     if seconds is None and threading.current_thread() is not threading.main_thread():
-        return call()
+        with nullcontext() if enclosing is None else enclosing.asking(abandon):
+            return call()
+    leaving = _Leaving()
+    with nullcontext() if enclosing is None else enclosing.asking(leaving.leave), leaving.asking(abandon):
+        return _waited_for(call, leaving, progress, seconds)
+
+
+def _waited_for(call: Callable[[], T], leaving: _Leaving, progress: Shown | None, seconds: float | None) -> T:
+    """Return what a call returns that a thread of its own makes; it is left after Ctrl-C and when its time is over."""
     future: Future[T] = Future()
     context = contextvars.copy_context()
+    context.run(_enclosing.set, leaving)
 
     def work() -> None:
         try:
@@ -108,8 +157,7 @@ def run_interruptibly(
                     progress.update()
     except (KeyboardInterrupt, OutOfTime):
         _leave(thread)
-        if abandon is not None:
-            abandon()
+        leaving.leave()
         raise
 
 

@@ -35,6 +35,58 @@ def upwards_rows(grid: NDArray[Any], rows: Rows) -> NDArray[Any]:
     return grid[::-1] if rows == "down" else grid
 
 
+def in_rows(field: Any, name: str, given: Rows | None, own: Rows) -> Any:
+    """Return an array of a lattice's shape with its rows as a model counts them, and everything else as it is.
+
+    Parameters
+    ----------
+    field : number, array, xarray.DataArray or function of (x, y)
+    name : str
+        The argument's name, for messages.
+    given : {"up", "down"} or None
+        Which way the array's rows go, if that was said. A vector, and a DataArray with coordinates, do not ask for it.
+    own : {"up", "down"}
+        Which way they go in the arrays that the model was made from.
+
+    Raises
+    ------
+    ValueError
+        If an array does not tell which way its rows go, although those of the model go down: what comes out of a model
+        goes up, so that either may be meant.
+
+    Examples
+    --------
+    >>> in_rows(np.array([[1, 2], [3, 4]]), "gap", "up", "down")
+    array([[3, 4],
+           [1, 2]])
+    >>> in_rows([[1, 2], [3, 4]], "gap", None, "up")
+    [[1, 2], [3, 4]]
+    """
+    if given is not None:
+        given = checked_rows(given)
+    if not _has_rows(field):
+        return field
+    if given is None and own == "down":
+        raise ValueError(
+            f'{name} is an array without coordinates, and the model was made from arrays with rows="down" while what '
+            'comes out of it goes up: say rows="down" if its first row has the largest y, rows="up" if the smallest, '
+            "or hand over a DataArray with coordinates"
+        )
+    if given in (None, own):
+        return field
+    return field.isel(y=slice(None, None, -1)) if is_dataarray(field) else field[::-1]
+
+
+def _has_rows(field: Any) -> bool:
+    """Whether a field is an array of several rows that does not tell their y."""
+    if is_dataarray(field):
+        return "y" in field.dims and field.sizes["y"] > 1 and "y" not in field.coords
+    try:
+        return not callable(field) and np.ndim(field) == 2 and len(field) > 1
+    except ValueError:  # of rows of several lengths, which are refused where values are read
+        return False
+
+
 def values_at(
     field: Any,
     name: str,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from ..errors import CaseFileError
 from ..foundation.checks import Vector, nearest
 from ..foundation.text import shortened
+from ..geometry.fields import Rows
 from ..models.base import ContactModel
 from .data_files import Reading, read_numbers
 from .netcdf import read_netcdf
@@ -19,17 +20,20 @@ Quantity = Literal["gap", "deflection"]
 SUFFIXES = (".npy", ".csv", ".nc")
 
 
-def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap") -> Vector:
+def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap", *, rows: Rows | None = None) -> Vector:
     """Return the gap at the nodes that a file holds, as a gap or as a deflection.
 
     Parameters
     ----------
     path : Path
         .npy or .csv: a vector in node order, or an array of the lattice's shape, whose entries that are no nodes may
-        be anything; its first row has the smallest y. .nc: a variable named after the quantity, along node, or y and x.
+        be anything. .nc: a variable named after the quantity, along node, or y and x.
     model : Membrane, Cable or CableNet
     quantity : {"gap", "deflection"}
         What the file holds (length); deflections are positive as the model's heights.
+    rows : {"up", "down"}, optional
+        Which way y goes from row to row of an array without coordinates: up (its first row has the smallest y), if
+        nothing is said; of a model that was made with ``rows="down"`` it must be said. A vector has no rows.
 
     Returns
     -------
@@ -56,10 +60,11 @@ def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap") -> 
         raise CaseFileError(f"{path}: unknown kind {path.suffix!r}; known: {' '.join(SUFFIXES)}")
     try:
         if path.suffix.lower() == ".nc":
-            return _of_dataset(path, model, quantity)
+            return _of_dataset(path, model, quantity, rows)
         grid = read_numbers(path, Reading()).values.astype(np.float64)
         one_dimensional = 1 in grid.shape and grid.size == model.size
-        values = model.at_nodes(grid.ravel() if one_dimensional else grid, quantity, allow_inf=True)
+        given = grid.ravel() if one_dimensional else _in_own_rows(grid, model, quantity, rows)
+        values = model.at_nodes(given, quantity, allow_inf=True)
         return _finite(_gap_of(values, model, quantity), model)
     except CaseFileError as error:
         raise CaseFileError(f"{path}: {error}") from None
@@ -67,7 +72,17 @@ def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap") -> 
         raise CaseFileError(f"{path}: {shortened(error, 300)}") from None
 
 
-def _of_dataset(path: Path, model: ContactModel, quantity: Quantity) -> Vector:
+def _in_own_rows(field: Any, model: ContactModel, name: str, rows: Rows | None) -> Any:
+    try:
+        return model.in_own_rows(field, name, rows)
+    except ValueError:
+        raise CaseFileError(
+            "it does not tell which way its rows go, and those of the case's files go down while what comes out goes "
+            "up: say --rows down if its first row has the largest y, --rows up if the smallest"
+        ) from None
+
+
+def _of_dataset(path: Path, model: ContactModel, quantity: Quantity, rows: Rows | None) -> Vector:
     data = read_netcdf(path)
     if quantity not in data:
         found = shortened(", ".join(map(str, data.data_vars)), 200) or "none"
@@ -75,7 +90,8 @@ def _of_dataset(path: Path, model: ContactModel, quantity: Quantity) -> Vector:
 
     def values(name: Quantity) -> Vector:
         found = data[name]
-        return model.at_nodes(found if "x" in found.dims else found.to_numpy(), name, allow_inf=True)
+        given = _in_own_rows(found, model, name, rows) if "x" in found.dims else found.to_numpy()
+        return model.at_nodes(given, name, allow_inf=True)
 
     gap = _gap_of(values(quantity), model, quantity)
     if np.isinf(gap).any() and "deflection" in data:

@@ -11,13 +11,14 @@ from pydantic import ValidationError
 
 from ..errors import CaseFileError
 from ..foundation.text import shortened
+from ..geometry.fields import Rows, upwards_rows
 from ..geometry.lattice import Lattice
 from ..models.cable import Cable
 from ..models.membrane import Membrane
 from .case_errors import explained
 from .case_sections import PROFILES, CableCase, DataFile, MaskFile, MembraneCase, SampledSection, Section
 from .data_files import Reading, existing_file, read_raster
-from .on_nodes import on_lattice, upright, without_missing
+from .on_nodes import on_lattice, rows_of, upright, without_missing
 from .rasters import Raster
 from .toml_files import read_toml
 
@@ -29,6 +30,12 @@ def load_case(path: str | Path) -> Membrane | Cable:
     ----------
     path : str or Path
         A TOML file; paths inside it are relative to its folder.
+
+    Returns
+    -------
+    Membrane or Cable
+        Where the rows of a data file go down, as those of pictures and .tif files, the model is one with
+        ``rows="down"``: an array without coordinates that it is given later, such as an answer, must say its rows.
 
     Raises
     ------
@@ -73,24 +80,81 @@ def load_case(path: str | Path) -> Membrane | Cable:
         raise CaseFileError(f"{path}: {error}") from None
 
 
+class _Files:
+    """The data files that a case names.
+
+    Attributes
+    ----------
+    path : Path
+        The case file, to whose folder their names are relative.
+    rows : {"up", "down"}
+        Down, if the rows of one of those that have been read go so.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.rows: Rows = "up"
+
+    def upright(self, section: DataFile | MaskFile, key: str) -> Raster:
+        """Return the numbers of a file with y ascending from row to row."""
+        how = Reading(section.key, section.separator, section.decimal)
+        raster = read_raster(self.path, key, section.file, how)
+        if raster.values.shape[0] > 1 and rows_of(raster, section.rows, transform=section.transform) == "down":
+            self.rows = "down"
+        try:
+            return upright(raster, section.rows, section.no_data, transform=section.transform)
+        except CaseFileError as error:
+            raise CaseFileError(f"{self.path}: {key} = {shortened(section.file)!r}: {error}") from None
+
+    def field(self, value: Any, key: str, lattice: Lattice, *, upwards: bool = False) -> Any:
+        """Return a load or a height as a model takes it; numbers of a file as an array whose rows go up."""
+        if isinstance(value, float):
+            return value
+        if isinstance(value, DataFile):
+            raster = self.upright(value, f"{key}.file")
+            absent = None
+            if value.missing == "none":
+                if key != "support":
+                    raise CaseFileError(
+                        f'{self.path}: {key}.missing = "none" goes with a support only; fill the values'
+                    )
+                # Where a value is missing, factor and offset have no say.
+                absent = -np.inf if upwards else np.inf
+            try:
+                grid = on_lattice(raster, lattice, resample=value.resample)
+                return without_missing(value.offset + value.factor * grid, lattice, absent, lattice.describe)
+            except CaseFileError as error:
+                raise CaseFileError(f"{self.path}: {key}.file = {shortened(value.file)!r}: {error}") from None
+        parameters = value.model_dump(exclude={"profile"})
+        if isinstance(value, SampledSection):
+            parameters["upwards"] = upwards
+            parameters["delimiter"] = value.separator
+            parameters["path"] = existing_file(self.path, f"{key}.file", parameters.pop("file"))
+        try:
+            return PROFILES[value.profile](**parameters)
+        except (ValueError, OSError) as error:
+            raise CaseFileError(f"{self.path}: {key}: {error}") from None
+
+
 def _membrane(case: MembraneCase, path: Path) -> Membrane:
+    files = _Files(path)
     if isinstance(case.frame, MaskFile):
-        lattice = _masked(case, case.frame, path)
+        lattice = _masked(case, case.frame, files)
     else:
         lattice = case.frame.build().lattice(case.spacing, case.origin)
-    return Membrane(
-        lattice,
-        tension=case.tension,
-        load=_field(case.load, "load", lattice, path),
-        support=_field(case.support, "support", lattice, path, upwards=case.upwards),
-        frame_height=_field(case.frame_height, "frame_height", lattice, path, upwards=case.upwards),
-        upwards=case.upwards,
-    )
+    fields = {
+        "load": files.field(case.load, "load", lattice),
+        "support": files.field(case.support, "support", lattice, upwards=case.upwards),
+        "frame_height": files.field(case.frame_height, "frame_height", lattice, upwards=case.upwards),
+    }
+    if files.rows == "down":
+        fields = {name: upwards_rows(value, "down") if np.ndim(value) else value for name, value in fields.items()}
+    return Membrane(lattice, tension=case.tension, **fields, upwards=case.upwards, rows=files.rows)
 
 
-def _masked(case: MembraneCase, frame: MaskFile, path: Path) -> Lattice:
+def _masked(case: MembraneCase, frame: MaskFile, files: _Files) -> Lattice:
     """Return the lattice of a mask file; where a geo-transform places it, spacing and origin must be the file's."""
-    raster = _upright(frame, "frame.file", path)
+    raster = files.upright(frame, "frame.file")
     mask, origin = raster.values > frame.threshold, case.origin
     if raster.places is not None:
         x, y = raster.places
@@ -100,22 +164,24 @@ def _masked(case: MembraneCase, frame: MaskFile, path: Path) -> Lattice:
         if not fits or (origin is not None and np.abs(np.subtract(origin, placed)).max() > 1e-6 * case.spacing):
             told = " and ".join(f"{step:g}" for step in steps)
             raise CaseFileError(
-                f"{path}: frame.file = {shortened(frame.file)!r}: its geo-transform has steps of {told} from {placed}, "
-                f"the case spacing = {case.spacing:g}, origin = {origin}; bring them together, or set transform = false"
+                f"{files.path}: frame.file = {shortened(frame.file)!r}: its geo-transform has steps of {told} from "
+                f"{placed}, the case spacing = {case.spacing:g}, origin = {origin}; bring them together, or set "
+                "transform = false"
             )
         origin = placed
     return Lattice(mask, case.spacing, (0.0, 0.0) if origin is None else origin)
 
 
 def _cable(case: CableCase, path: Path) -> Cable:
+    files = _Files(path)
     lattice = Cable.lattice_of(case.span, spacing=case.spacing, start=case.start)
     return Cable(
         span=case.span,
         spacing=case.spacing,
         tension=case.tension,
-        load=_field(case.load, "load", lattice, path),
-        support=_field(case.support, "support", lattice, path, upwards=case.upwards),
-        frame_height=_field(case.frame_height, "frame_height", lattice, path, upwards=case.upwards),
+        load=files.field(case.load, "load", lattice),
+        support=files.field(case.support, "support", lattice, upwards=case.upwards),
+        frame_height=files.field(case.frame_height, "frame_height", lattice, upwards=case.upwards),
         start=case.start,
         upwards=case.upwards,
     )
@@ -126,39 +192,3 @@ _KINDS: dict[str, tuple[type[Section], Callable[[Any, Path], Membrane | Cable]]]
     "cable": (CableCase, _cable),
 }
 """The section that describes a kind of model, and what makes the model of it, by the name in the file."""
-
-
-def _upright(section: DataFile | MaskFile, key: str, path: Path) -> Raster:
-    how = Reading(section.key, section.separator, section.decimal)
-    raster = read_raster(path, key, section.file, how)
-    try:
-        return upright(raster, section.rows, section.no_data, transform=section.transform)
-    except CaseFileError as error:
-        raise CaseFileError(f"{path}: {key} = {shortened(section.file)!r}: {error}") from None
-
-
-def _field(value: Any, key: str, lattice: Lattice, path: Path, *, upwards: bool = False) -> Any:
-    if isinstance(value, float):
-        return value
-    if isinstance(value, DataFile):
-        raster = _upright(value, f"{key}.file", path)
-        absent = None
-        if value.missing == "none":
-            if key != "support":
-                raise CaseFileError(f'{path}: {key}.missing = "none" goes with a support only; fill the values')
-            # Where a value is missing, factor and offset have no say.
-            absent = -np.inf if upwards else np.inf
-        try:
-            grid = on_lattice(raster, lattice, resample=value.resample)
-            return without_missing(value.offset + value.factor * grid, lattice, absent, lattice.describe)
-        except CaseFileError as error:
-            raise CaseFileError(f"{path}: {key}.file = {shortened(value.file)!r}: {error}") from None
-    parameters = value.model_dump(exclude={"profile"})
-    if isinstance(value, SampledSection):
-        parameters["upwards"] = upwards
-        parameters["delimiter"] = value.separator
-        parameters["path"] = existing_file(path, f"{key}.file", parameters.pop("file"))
-    try:
-        return PROFILES[value.profile](**parameters)
-    except (ValueError, OSError) as error:
-        raise CaseFileError(f"{path}: {key}: {error}") from None

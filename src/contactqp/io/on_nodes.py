@@ -44,14 +44,22 @@ def upright(raster: Raster, rows: Rows | None, no_data: float | None, *, transfo
         if absent is not None:
             values[_equal(raster.values, absent)] = np.nan
     if raster.places is None or not transform:
-        return Raster(upwards_rows(values, rows or raster.rows))
+        return Raster(upwards_rows(values, rows_of(raster, rows, transform=transform)))
     x, y = raster.places
-    own: Rows = "down" if y.size > 1 and y[1] < y[0] else "up"
+    own = rows_of(raster, rows, transform=transform)
     if rows not in (None, own) and y.size > 1:
         raise CaseFileError(
             f"rows = {rows!r}, but by its geo-transform they go {own}; leave rows out, or set transform = false"
         )
     return Raster(upwards_rows(values, own), places=(x, y[::-1] if own == "down" else y))
+
+
+def rows_of(raster: Raster, rows: Rows | None, *, transform: bool) -> Rows:
+    """Return which way a file's rows go: by its geo-transform, by the case, or by the kind of file; see `upright`."""
+    if raster.places is None or not transform:
+        return rows or raster.rows
+    _, y = raster.places
+    return "down" if y.size > 1 and y[1] < y[0] else "up"
 
 
 def _equal(stored: NDArray[np.generic], absent: float) -> NDArray[np.bool_]:

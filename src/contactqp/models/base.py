@@ -18,7 +18,7 @@ from ..foundation.checks import Mask, Vector, read_only, repeated, times, vector
 from ..foundation.outside import stacklevel_outside
 from ..foundation.pictures import UnitNames, Wanted, drawn, drawn_in_space
 from ..foundation.text import counted, span_of
-from ..geometry.fields import is_dataarray, sample_points
+from ..geometry.fields import Rows, in_rows, is_dataarray, sample_points
 from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
 from ..problem.contact_qp import ContactQP
@@ -206,6 +206,16 @@ class ContactModel(ABC):
         chosen = np.arange(len(places))
         values = sample_points(places, chosen, field, name, self.describe, allow_inf=allow_inf, absent=absent)
         return read_only(np.array(values))
+
+    def in_own_rows(self, field: Any, name: str, rows: Rows | None) -> Any:
+        """Return a field as `at_nodes` takes it, where an array has been said to have its rows ``"up"`` or ``"down"``.
+
+        Raises
+        ------
+        ValueError
+            If rows are to be said and are not, see `contactqp.geometry.fields.in_rows`.
+        """
+        return in_rows(field, name, rows, "up")
 
     def support_at_nodes(self, support: Any) -> Vector:
         """Return the heights of a support at the nodes, given as when the model was made, shape (n,), read-only.
@@ -540,7 +550,9 @@ def split(problem: ContactQP | ContactModel) -> tuple[ContactModel | None, Conta
     raise TypeError(f"problem must be a Membrane, a Cable, a CableNet or a ContactQP, got {type(problem).__name__}")
 
 
-def at_unknowns(problem: ContactQP | ContactModel, values: Any, name: str, *, copied: bool = True) -> Vector:
+def at_unknowns(
+    problem: ContactQP | ContactModel, values: Any, name: str, *, rows: Rows | None = None, copied: bool = True
+) -> Vector:
     """Return a finite value for each unknown, shape (n,), however a program lays them out.
 
     Parameters
@@ -551,6 +563,9 @@ def at_unknowns(problem: ContactQP | ContactModel, values: Any, name: str, *, co
         anything or be masked, or a DataArray with the dims y and x; of a solution or a dataset its ``gap``.
     name : str
         The argument's name, for messages.
+    rows : {"up", "down"}, optional
+        Which way y goes from row to row of an array without coordinates: up, if nothing is said; but of a model that
+        was made with ``rows="down"`` it must be said. A vector has no rows.
     copied : bool
         Whether the vector is a new one, whatever was given.
 
@@ -570,6 +585,7 @@ def at_unknowns(problem: ContactQP | ContactModel, values: Any, name: str, *, co
     model, algebra = split(problem)
     if not isinstance(values, np.ndarray):
         values = getattr(values, "gap", values)
+    values = in_rows(values, name, rows, "up") if model is None else model.in_own_rows(values, name, rows)
     if model is not None and (is_dataarray(values) or np.ndim(values) == 2):
         values = model.at_nodes(values, name)
     elif algebra.stencil is not None and np.ndim(values) == 2:

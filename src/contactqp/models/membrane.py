@@ -35,7 +35,8 @@ class Membrane(LatticeModel):
         a profile of `contactqp.profiles` a surface of depths.
     rows : {"up", "down"}
         Which way y goes from row to row of an array of the lattice's shape: ``"up"``, its first row is that of the
-        smallest y; ``"down"``, of the largest, as in a picture.
+        smallest y; ``"down"``, of the largest, as in a picture. What comes out goes up in either case, so that with
+        ``"down"`` an array without coordinates that is given later, such as an answer, must say its ``rows``.
 
     Raises
     ------

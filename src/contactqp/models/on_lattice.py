@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, boolean, read_only, repeated
 from ..foundation.text import counted
-from ..geometry.fields import Rows, checked_rows, frame_heights, sample
+from ..geometry.fields import Rows, checked_rows, frame_heights, in_rows, sample
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from .base import ContactModel, Coordinate
@@ -33,7 +33,7 @@ class LatticeModel(ContactModel):
     upwards : bool
         Whether heights are positive upwards.
     rows : {"up", "down"}
-        Which way y goes from row to row of the arrays that are given.
+        Which way y goes from row to row of the arrays that the model is made from. What comes out of it goes up.
     stencil : Stencil
         The stiffness G.
     """
@@ -77,6 +77,10 @@ class LatticeModel(ContactModel):
         """See `ContactModel.at_nodes`."""
         absent = -np.inf if self.upwards else np.inf
         return read_only(sample(self.lattice, field, name, allow_inf=allow_inf, absent=absent, rows=self.rows))
+
+    def in_own_rows(self, field: Any, name: str, rows: Rows | None) -> Any:
+        """See `ContactModel.in_own_rows`."""
+        return in_rows(field, name, rows, self.rows)
 
     @property
     def cautions(self) -> tuple[str, ...]:

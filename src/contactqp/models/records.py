@@ -102,7 +102,7 @@ class Answered(Posed, Held, Protocol):
         Who answered, what the judge found, and what the backend said at its end.
     tol, relative_bound, relative_residual : float
         The tolerance asked for, the bound reached (infinite if none is known) and the natural residual, relative to the
-        gap scale.
+        error scale, see `Verdict.scale`.
     gap, deflection, reaction, contact_pressure : array, shape (n,)
     contact_lower, contact_upper, contact : array of bool, shape (n,)
         The backend's own contact sets: with the support, with the upper bound, with either.

@@ -105,6 +105,11 @@ def _by_m_matrix_below(matrix: csr_array, units: Vector) -> float:
     return 0.0 if barrier is None else float((barrier.s / barrier.v).min()) * (1 - 4 * UNIT_ROUNDOFF)
 
 
+def affordable(matrix: csr_array) -> bool:
+    """Whether the factorisation that the proof needs does not take too long."""
+    return Band(matrix).affordable
+
+
 def _scaled(matrix: csr_array, units: Vector) -> csr_array | None:
     """Return DGD for powers of two D; None where an entry is rounded by it."""
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))

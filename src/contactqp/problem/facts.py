@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..algebra.conditioning import estimated_condition, told_condition
 from ..algebra.definiteness import refuse_indefinite, ritz_value, weakly_dominant
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Vector
 from ..methods.factors import DIRECT_SIZE
 from .barrier import Barrier, find_barrier
-from .eigenvalue import LeastEigenvalue, proven_least_eigenvalue
+from .eigenvalue import LeastEigenvalue, affordable, proven_least_eigenvalue
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -84,6 +85,23 @@ class MatrixFacts:
     def estimated_least_eigenvalue(self) -> float:
         """An estimate > 0 of the smallest eigenvalue of G with its diagonal scaled to ones; no bound, and no proof."""
         return max(ritz_value(self.G), float(np.finfo(np.float64).tiny))
+
+    @cached_property
+    def condition(self) -> float:
+        """An estimate of the condition number of G with its diagonal scaled to ones; infinite if it is singular."""
+        return estimated_condition(self.G)
+
+    @property
+    def told_condition(self) -> str:
+        """The condition number in words."""
+        return f"its condition number is {told_condition(self.condition)} (diagonal scaled to ones)"
+
+    @property
+    def why_nothing_is_proven(self) -> str:
+        """Why no bound is known for the matrix, in words, where none is."""
+        if affordable(self.G):
+            return f"its matrix is too ill-conditioned for a proof: {self.told_condition}"
+        return "its matrix is neither an M-matrix nor an H-matrix, and too large for a proof of its smallest eigenvalue"
 
     @cached_property
     def dimensionless(self) -> tuple[Stiffness, float | Vector, float]:

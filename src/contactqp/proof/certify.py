@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import UnsuitableProblemError
 from ..foundation.checks import Vector, one_of
+from ..geometry.fields import Rows
 from ..models.base import ContactModel, at_unknowns, split
 from ..models.records import Answered
 from ..problem.contact_qp import ContactQP
@@ -27,7 +28,11 @@ SHARP_SIZE = 5_000_000
 
 @np.errstate(over="ignore", invalid="ignore")
 def certify(
-    problem: ContactQP | ContactModel, gap: ArrayLike | Answered, *, effort: Effort | None = None
+    problem: ContactQP | ContactModel,
+    gap: ArrayLike | Answered,
+    *,
+    effort: Effort | None = None,
+    rows: Rows | None = None,
 ) -> Certificate:
     r"""Enclose the exact solution of ``problem``, given any approximate ``gap`` from any program.
 
@@ -53,6 +58,10 @@ def certify(
     gap : array, shape (n,), or xarray.DataArray, or Solution
         The approximate solution ω (length); it need not be feasible. On a lattice also an array of its shape, of which
         only the entries of nodes count, so that the others may be masked. Of a solution its gap is taken.
+    rows : {"up", "down"}, optional
+        Which way y goes from row to row of an array without coordinates: up (its first row has the smallest y), if
+        nothing is said; of a model that was made with ``rows="down"`` it must be said. A vector in node order has no
+        rows: ``rows`` says nothing of it.
     effort : {"sharp", "fast"}, optional
         ``"fast"`` evaluates the formulas above, on a lattice in a pass or two over it. ``"sharp"`` takes some
         linear solves on the nodes that are not in contact, and bounds the error to within a per cent as a rule; it
@@ -65,7 +74,8 @@ def certify(
     Raises
     ------
     UnsuitableProblemError
-        If no bound is known: the matrix is no M-matrix and no H-matrix, and too large for a proof by factorisation.
+        If no bound is known: the matrix is no M-matrix and no H-matrix, and too large for a proof by factorisation; or
+        it is so ill-conditioned that double precision proves nothing of it. The message tells which.
     TypeError, ValueError
         If ``problem`` is no problem, ``gap`` has the wrong shape or is not finite, or ``effort`` is unknown; or if the
         matrix turns out not to be positive definite, to rounding.
@@ -86,12 +96,11 @@ def certify(
     if effort is None:
         effort = "sharp" if algebra.size <= SHARP_SIZE else "fast"
     one_of(effort, ("fast", "sharp"), "effort")
-    omega = at_unknowns(problem, gap, "gap", copied=False)
+    omega = at_unknowns(problem, gap, "gap", rows=rows, copied=False)
     found = measure(algebra, omega).certificate()
     if found is None:
         raise UnsuitableProblemError(
-            f"no enclosure is known for {algebra!r}: its matrix is neither an M-matrix nor an H-matrix, and "
-            "too large for a proof of its smallest eigenvalue; rely on the residuals"
+            f"no enclosure is known for {algebra!r}: {algebra.facts.why_nothing_is_proven}; rely on the residuals"
         )
     if effort == "sharp":
         found = sharper(found, omega)

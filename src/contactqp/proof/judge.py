@@ -36,7 +36,7 @@ class Verdict:
         None if the answer is not a finite vector, or nothing is known of such a matrix. It is the fast one, where that
         is good enough.
     scale : float
-        The length that the error is measured by, see `Measures.scale`.
+        The error scale: the length that the error is measured by, see `Measures.scale`.
     """
 
     status: Status
@@ -80,7 +80,7 @@ def judge(
     gap : array, shape (n,), or None
         The answer (length); None if the backend returned nothing.
     tol : float
-        Tolerance on the certified bound of the gap, relative to ``problem.gap_scale``.
+        Tolerance on the certified bound of the gap, relative to the answer's error scale.
     limit : Status, optional
         Why the backend stopped early, if it did: the status of an answer that is not good enough.
     model : ContactModel, optional

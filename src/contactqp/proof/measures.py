@@ -53,7 +53,7 @@ class Measures(ABC):
 
     @property
     def scale(self) -> float:
-        """The length that the error is measured by: the gap scale, but not more than the answer's own (length).
+        """The error scale, by which the error is measured: the gap scale, but not more than the answer's own (length).
 
         The answer's own is `largest_deflection`. If the error is proven below tol times that, it is the true solution's
         up to tol, so no overestimated gap scale lets a poor answer pass. Answers near zero count as a millionth of the

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+DISCRETE = "the exact solution of the discrete problem"
+"""What every error, and every bound of one, is measured against: that of the discretisation is no part of it."""
+
 
 class Status(StrEnum):
     """What the judge found; `advice` says what to do about it."""
@@ -28,7 +31,7 @@ class Status(StrEnum):
 
 
 _ADVICE = {
-    Status.CERTIFIED: "The exact solution of the discrete problem is proven to lie within tol of the answer.",
+    Status.CERTIFIED: f"{DISCRETE.capitalize()} is proven to lie within tol of the answer.",
     Status.UNPROVEN: "Its residual is within tol, but no proven bound of its error: loosen tol, or check it otherwise.",
     Status.INACCURATE: "Use it with the bound that it achieved, loosen tol, or take another backend.",
     Status.ITERATION_LIMIT: "Raise max_iter, pass this answer as warm_start, or take another backend.",

@@ -22,7 +22,7 @@ class Request:
     Attributes
     ----------
     tolerance : Tolerance
-        Wanted bound of the error, relative to the gap scale, and the name it was asked for by.
+        Wanted bound of the error, relative to the error scale, and the name it was asked for by.
     max_iter : int or None
         Limit of the backend's iterations.
     time_limit : float or None

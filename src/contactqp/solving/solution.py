@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from ..algebra.conditioning import digits_kept
 from ..backends.base import Answer, Backend, State, Stop
 from ..backends.contract import checked_answer
 from ..errors import ContactWarning, NotCertifiedError
@@ -32,7 +33,7 @@ from ..proof.judge import Verdict, judge
 from ..proof.measure import measure
 from ..proof.measures import Measures
 from ..proof.residuals import Residuals
-from ..proof.status import Status
+from ..proof.status import DISCRETE, Status
 from .choice import chosen_backend
 from .request import Request
 from .starts import useful_start
@@ -132,7 +133,7 @@ class _Questions:
         self.best: Vector | None = None
 
     def bound(self, dimensionless: Vector) -> float:
-        """Return the judge's bound of a dimensionless gap's error, or its estimate, relative to the gap scale."""
+        """Return the judge's bound of a dimensionless gap's error, or its estimate, relative to the error scale."""
         if np.shape(dimensionless) != (self._problem.size,):
             raise ValueError(f"bound(gap) needs shape ({self._problem.size},), got {np.shape(dimensionless)}")
         gap = self._units.gap(dimensionless)
@@ -388,7 +389,7 @@ class Solution:
 
     @property
     def tol(self) -> float:
-        """The tolerance asked for, relative to ``problem.gap_scale``."""
+        """The tolerance asked for, relative to the error scale (see `solve`)."""
         return self.request.tolerance.tol
 
     @property
@@ -474,12 +475,12 @@ class Solution:
 
     @property
     def relative_bound(self) -> float:
-        """Certified bound of the gap's error over the gap scale; infinite without a certificate."""
+        """Certified bound of the gap's error over the error scale ``verdict.scale``; infinite without a certificate."""
         return self.verdict.relative_bound_of(self.certificate)
 
     @property
     def relative_residual(self) -> float:
-        """Natural residual over the gap scale: no bound of the error; infinite without a finite answer."""
+        """Natural residual over the error scale: no bound of the error; infinite without a finite answer."""
         return self.verdict.relative_residual
 
     def report(self, on_failure: OnFailure, stacklevel: int = 3) -> None:
@@ -488,16 +489,30 @@ class Solution:
         if self.status.ok or on_failure == "ignore":
             return
         bound, residual = self.verdict.relative_bound, self.relative_residual
-        achieved = f"bound {bound:.2g} of the gap scale"
+        achieved = f"bound {bound:.2g} of the error scale"
         if not np.isfinite(bound) and self.finite:
-            achieved = f"no bound is known, natural residual {residual:.2g} of the gap scale"
+            achieved = f"no bound is known, natural residual {residual:.2g} of the error scale"
         message = (
             f"{self.backend} {_OUTCOMES[self.status]}: {achieved}, wanted {self.tol:g} ({self.termination}). "
-            f"{self.status.advice}"
+            f"{self.status.advice}{f' {self._conditioning}.' if self._conditioning else ''}"
         )
         if on_failure == "raise":
             raise NotCertifiedError(message, self)
         warnings.warn(message, ContactWarning, stacklevel=stacklevel)
+
+    @cached_property
+    def _conditioning(self) -> str:
+        """What an ill-conditioned matrix has to do with an answer that is not certified; else empty."""
+        problem = self.problem
+        if self.status in (Status.CERTIFIED, Status.TIME_LIMIT) or problem.size > DIRECT_SIZE:
+            return ""
+        kept = digits_kept(problem.condition)
+        if 10.0**-kept <= self.tol:
+            return ""
+        return (
+            f"G is ill-conditioned, {problem.told_condition}: double precision keeps {counted(kept, 'digit')} of an "
+            "answer"
+        )
 
     @property
     def contact_area(self) -> Bracket:
@@ -700,11 +715,13 @@ class Solution:
     def _facts(self) -> Iterator[tuple[str, str]]:
         """Yield what there is to tell, one line each, by its name."""
         yield "problem", repr(self.problem if self.model is None else self.model)
-        wanted = f"of the gap scale; tol {self.tol:g}"
+        wanted = f"of the error scale; tol {self.tol:g}"
         if self.certificate is not None:
             relative = f"{at_most(self.relative_bound, 1)} {wanted}"
-            proof = "weaker bound, no M-matrix" if self.certificate.weaker else "certified"
+            lacking = "no proof of an M-matrix" if self.problem.is_z_matrix else "no M-matrix"
+            proof = f"weaker bound, {lacking}" if self.certificate.weaker else "certified"
             yield "gap error", f"<= {at_most(self.certificate.gap_bound)} ({proof}), {relative}"
+            yield "against", DISCRETE
             certain, clear = (int(np.count_nonzero(m)) for m in (self.certificate.contact, self.certificate.clear))
             undecided = int(np.count_nonzero(self.certificate.undecided))
             yield "nodes", f"{certain} in contact, {clear} clear, {undecided} undecided"
@@ -719,4 +736,6 @@ class Solution:
             yield "note", self.note
         if not self.status.ok:
             yield f"{self.backend} said", self.termination
+            if self._conditioning:
+                yield "matrix", self._conditioning
             yield "advice", self.status.advice

@@ -40,8 +40,9 @@ def solve(
         unknowns, multigrid on a lattice, and otherwise active sets; the solution's
         ``note`` says why.
     tol : float or str
-        Wanted bound of max|ω_i - ω*_i| relative to ``problem.gap_scale``, or to the answer's largest deflection (for a
-        matrix, gap) where that is smaller; in (0, 1). It means the same for every backend, because the package
+        Wanted bound of max|ω_i - ω*_i| against the exact solution ω* of the discrete problem, relative to the error
+        scale: that is ``problem.gap_scale``, or the answer's largest deflection (for a matrix, gap) where that is
+        smaller; in (0, 1). It means the same for every backend, because the package
         certifies it itself. Or a level: ``"low"`` (1e-3), ``"mid"`` (1e-6), ``"high"`` (1e-9), or ``"default"``: one
         run of the library as its authors ship it, on the dimensionless problem, judged by 1e-6.
     max_iter : int, optional

@@ -14,6 +14,7 @@ from ..backends.base import Backend, CaseAnswers, State
 from ..backends.contract import checked_cases
 from ..foundation.checks import Vector, one_of
 from ..foundation.deadline import Deadline
+from ..geometry.fields import Rows
 from ..models.base import ContactModel, split
 from ..models.varied import with_lift, with_load_of, with_support, with_tension
 from ..problem.contact_qp import ContactQP
@@ -113,6 +114,7 @@ class Solver:
         tension: float | None = None,
         lift: float | None = None,
         q: ArrayLike | None = None,
+        rows: Rows | None = None,
         warm_start: bool | ArrayLike | Solution = True,
         on_failure: OnFailure = "warn",
     ) -> Solution:
@@ -130,8 +132,12 @@ class Solver:
             Height (length) by which the support is lifted.
         q : array, shape (n,), optional
             Other forces of a bare `ContactQP` (force). A gap scale that it was made with stays.
+        rows : {"up", "down"}, optional
+            Which way y goes from row to row of a load or support that is an array without coordinates, as for
+            `contactqp.certify`: of a model that was made with ``rows="down"`` it must be said. A vector has no rows.
         warm_start : bool, array or Solution
-            Whether to start from the session's last answers, which is the default; or a gap to start from, shape (n,).
+            Whether to start from the session's last answers, which is the default; or a gap to start from, shape (n,)
+            in node order.
         on_failure : {"warn", "raise", "ignore"}
             As for `contactqp.solve`.
 
@@ -147,7 +153,7 @@ class Solver:
             If the answer is not certified and ``on_failure="raise"``.
         """
         one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
-        subject = self._varied(load, support, tension, lift, q)
+        subject = self._varied(load, support, tension, lift, q, rows)
         solution = self.solve_varied(subject, warm_start)
         solution.report(on_failure)
         return solution
@@ -257,7 +263,13 @@ class Solver:
         return self._trail.predicted(problem) or (self._last, False)
 
     def _varied(
-        self, load: Any, support: Any, tension: float | None, lift: float | None, q: ArrayLike | None
+        self,
+        load: Any,
+        support: Any,
+        tension: float | None,
+        lift: float | None,
+        q: ArrayLike | None,
+        rows: Rows | None,
     ) -> ContactModel | ContactQP:
         """Return the subject with what is given in place of its own."""
         given = {"load": load, "support": support, "tension": tension, "lift": lift}
@@ -274,11 +286,11 @@ class Solver:
         if tension is not None:
             model = with_tension(model, tension)
         if support is not None:
-            model = with_support(model, model.support_at_nodes(support))
+            model = with_support(model, model.support_at_nodes(model.in_own_rows(support, "support", rows)))
         if lift is not None:
             model = with_lift(model, lift)
         if load is not None:
-            model = with_load_of(model, model.at_nodes(load, "load"))
+            model = with_load_of(model, model.at_nodes(model.in_own_rows(load, "load", rows), "load"))
         varied: ContactModel = model
         return varied
 

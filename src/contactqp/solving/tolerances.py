@@ -23,7 +23,7 @@ class Tolerance:
     Attributes
     ----------
     tol : float
-        Wanted bound of max|ω_i - ω*_i| relative to the gap scale.
+        Wanted bound of max|ω_i - ω*_i| relative to the error scale, see `contactqp.solve`.
     setting : str
         The name that it was asked for by, ``""`` for a number.
     """

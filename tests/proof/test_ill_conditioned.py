@@ -1,0 +1,69 @@
+"""Matrices that are nearly singular are told to be so, with a figure, and not to be something else."""
+
+import numpy as np
+import pytest
+
+import contactqp as cq
+from contactqp.algebra.conditioning import estimated_condition
+
+
+def full(condition, size=4):
+    rng = np.random.default_rng(0)
+    vectors, _ = np.linalg.qr(rng.normal(size=(size, size)))
+    matrix = (vectors * np.logspace(0, -np.log10(condition), size)) @ vectors.T
+    return (matrix + matrix.T) / 2
+
+
+def pair(beyond):
+    return np.array([[1.0, beyond - 1.0], [beyond - 1.0, 1.0]])
+
+
+def chain(spring, size=50):
+    """Return the stiffness of segments in a row, one end of which a weak spring holds."""
+    matrix = 2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)
+    matrix[0, 0], matrix[-1, -1] = 1 + spring, 1
+    return matrix
+
+
+def test_a_small_matrix_is_not_called_too_large():
+    with pytest.raises(cq.UnsuitableProblemError) as told:
+        cq.certify(cq.ContactQP(full(1e16), np.ones(4)), np.zeros(4))
+    assert "too large" not in str(told.value)
+    assert "too ill-conditioned for a proof: its condition number is a" in str(told.value)
+
+
+@pytest.mark.parametrize("matrix", [pair(1e-15), chain(1e-13)])
+def test_what_is_an_m_matrix_but_for_rounding_is_not_called_none(matrix):
+    problem = cq.ContactQP(matrix, -np.ones(len(matrix)))
+    with pytest.warns(cq.ContactWarning, match=r"G is ill-conditioned, its condition number is about [24]e\+15"):
+        solution = cq.solve(problem)
+    assert "no M-matrix" not in repr(solution)
+    assert solution.backend == "active-set"
+    assert "auto: G is too ill-conditioned to be proven an M-matrix, its condition number is about" in solution.note
+    assert "double precision keeps 0 digits of an answer" in repr(solution)
+
+
+def test_a_well_conditioned_matrix_has_nothing_of_that_in_its_messages():
+    problem = cq.ContactQP(full(1e3), np.ones(4) * [1, -1, 1, -1])
+    with pytest.warns(cq.ContactWarning) as told:
+        cq.solve(problem, "psor", max_iter=1)
+    assert "condition" not in str(told[0].message)
+
+
+@pytest.mark.parametrize("matrix", [pair(2.0**-53), pair(3e-16), chain(0.0)])
+def test_a_singular_matrix_is_told_from_an_indefinite_one(matrix):
+    with pytest.raises(ValueError, match=r"singular, or too ill-conditioned|is not below the geometric mean"):
+        cq.ContactQP(matrix, -np.ones(len(matrix)))
+    with pytest.raises(ValueError, match="a factorisation finds 1 pivot <= 0"):
+        cq.ContactQP([[1.0, 0.9, 0.0], [0.9, 1.0, 0.9], [0.0, 0.9, 1.0]], np.ones(3))
+
+
+@pytest.mark.parametrize("condition", [1e2, 1e8, 1e13])
+@pytest.mark.parametrize("size", [4, 60])
+def test_the_condition_number_is_right_to_a_factor_of_three(condition, size):
+    from scipy.sparse import csr_array
+
+    matrix = full(condition, size)
+    root = np.sqrt(matrix.diagonal())
+    exact = np.linalg.cond(matrix / root / root[:, None])
+    assert exact / 3 < estimated_condition(csr_array(matrix)) < 3 * exact
