@@ -99,7 +99,7 @@ def test_clarabel_is_told_of_an_interrupt_although_it_has_a_time_limit(nothing_l
             super().__init__()
             told.append(self)
 
-    monkeypatch.setattr("contactqp.backends.clarabel.Event", Told)
+    monkeypatch.setattr("contactqp.backends.library.Event", Told)
     lattice = cq.Frame.rectangle(1.0, 1.0).lattice(spacing=1 / 200)
     membrane = cq.Membrane(lattice, tension=1.0, load=4.0, support=0.1)
     cq.solve(cq.gallery.bowl(9), "clarabel")  # loads the library
