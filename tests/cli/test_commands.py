@@ -49,7 +49,7 @@ def run(*arguments, columns=None):
         ("compare", "--json", "x.yaml", ".json"),
         ("compare", "--json", "-", ".json"),
         ("compare", "--report", "x.pdf", ".html .htm"),
-        ("certify", "--out", "x.csv", ".json .nc"),
+        ("certify", "--out", "x.vtk", ".json .nc .csv"),
     ],
 )
 def test_unknown_suffixes_are_refused_before_anything_is_solved(tmp_path, monkeypatch, command, option, name, known):
@@ -331,3 +331,14 @@ def test_certify_tells_its_figures_against_what_and_of_what(tmp_path):
     assert record["error_scale"] == solution.verdict.scale
     assert f"of the error scale {record['error_scale']:.3g}; tol" in result.output
     assert "against     the exact solution of the discrete problem" in result.output
+
+
+def test_certify_writes_every_format_of_solutions(tmp_path):
+    solution = cq.solve(load_case(CABLE))
+    np.save(tmp_path / "gap.npy", solution.gap)
+    for suffix in (".csv", ".nc"):
+        assert run("certify", CABLE, tmp_path / "gap.npy", "--out", tmp_path / f"e{suffix}").exit_code == 0
+    head = (tmp_path / "e.csv").read_text().splitlines()[0]
+    assert head.startswith("node,x,y,gap,")
+    assert "gap_upper" in head
+    assert "gap_upper" in xr.load_dataset(tmp_path / "e.nc")

@@ -131,20 +131,22 @@ def certify(
     ] = None,
     tol: Tol = "1e-6",
     out: Annotated[
-        Path | None, typer.Option(help="Write the enclosure (.json, or .nc with all fields).", show_default=False)
+        Path | None,
+        typer.Option(help="Write the enclosure (.json; all fields: .nc, .csv).", show_default=False),
     ] = None,
 ) -> None:
     """Enclose the exact solution of CASE, given the ANSWER of any program in any language.
 
     Exit code 0: certified to the tolerance; 1: not; 2: bad input; 130: interrupted.
     """
-    check_output("--out", out, (".json", ".nc"))
-    from ..io.answers import read_answer
-    from ..io.cases import load_case
-    from ..solving.answered import judged_answer
-    from .records import print_enclosure, write_enclosure
+    from ..io.writers import WRITERS
+    from .records import JSON, print_enclosure, write_enclosure
 
-    model = load_case(case)
+    check_output("--out", out, (JSON, *WRITERS))
+    from ..io.answers import read_answer
+    from ..solving.answered import judged_answer
+
+    model = _model_of(case)
     judged = judged_answer(
         model,
         read_answer(answer, model, quantity.value, rows=None if rows is None else rows.value),

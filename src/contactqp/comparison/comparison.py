@@ -45,8 +45,6 @@ class Comparison:
         One for each backend, in the order asked for.
     pairs : list of Pair
         Every pair of backends that returned a finite answer.
-    left_out : mapping of str to str
-        By backend, why the default list does without it.
     conclusion : Conclusion
         What rows and pairs say of the backends.
     provenance : Provenance
@@ -69,8 +67,7 @@ class Comparison:
         self.answers = Answers(problem, model, returned)
         self.rows = [row_of(outcome, self.answers) for outcome in outcomes]
         self.pairs = pairs_of(self.answers, tolerance.tol)
-        self.left_out = dict(left_out or {})
-        self.conclusion = conclusion_of(self.answers, self.rows, self.pairs, tolerance.tol, self.left_out)
+        self.conclusion = conclusion_of(self.answers, self.rows, self.pairs, tolerance.tol, left_out)
 
     @property
     def problem(self) -> ContactQP:
@@ -148,6 +145,11 @@ class Comparison:
     def false_claims(self) -> Mapping[str, str]:
         """By backend, of those that said they had solved the problem and had not: what they said, and what is known."""
         return self.conclusion.false_claims
+
+    @property
+    def left_out(self) -> Mapping[str, str]:
+        """By backend, why the default list does without it."""
+        return self.conclusion.left_out
 
     @property
     def findings(self) -> tuple[str, ...]:
