@@ -14,6 +14,7 @@ import jsonschema
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from strategies import BACKENDS
 from typer.testing import CliRunner
 
@@ -97,7 +98,7 @@ def test_ctrl_c_is_130(monkeypatch, command):
     def interrupted(path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("contactqp.io.cases.load_case", interrupted)
+    monkeypatch.setattr("contactqp.io.cases.read_case", interrupted)
     assert run(command, CABLE).exit_code == 130
 
 
@@ -321,6 +322,27 @@ def test_the_papers_table_is_readable(tmp_path):
     table = output[: output.index("README.txt")]
     assert max(map(len, table.splitlines()[:-1])) <= 80
     assert "…" not in table.replace("1.05, …, 1.95", "")
+
+
+@pytest.mark.parametrize("command", ["solve", "compare"])
+@pytest.mark.parametrize("titled", [True, False])
+def test_a_picture_has_the_title_of_its_case_above_its_own_headline(tmp_path, monkeypatch, command, titled):
+    heads = []
+    save = Figure.savefig
+    monkeypatch.setattr(
+        Figure, "savefig", lambda self, *a, **k: heads.append(self.get_suptitle()) or save(self, *a, **k)
+    )
+    case = tmp_path / "case.toml"
+    text = re.sub("^title.*\n", "", DOME.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    case.write_text(('title = "disk over a dome"\n' if titled else "") + text.replace("0.04", "0.1"), encoding="utf-8")
+    arguments = ["--plot", tmp_path / "p.png", *(["--report", tmp_path / "p.html"] if command == "compare" else [])]
+    assert run(command, case, *arguments).exit_code == 0
+    first, *others = heads[0].splitlines()
+    assert (first == "disk over a dome") is titled
+    assert re.match("active-set: certified|6 backends, ", others[0] if titled else first)
+    if command == "compare":
+        page = (tmp_path / "p.html").read_text(encoding="utf-8")
+        assert f"<h1>{'disk over a dome' if titled else 'case.toml'}</h1>" in page
 
 
 def test_certify_tells_its_figures_against_what_and_of_what(tmp_path):

@@ -204,8 +204,13 @@ class Comparison:
         """Return rows, pairs, verdict, truth, findings and provenance as JSON; infinite and undefined become null."""
         return as_json(self, indent)
 
-    def plot(self) -> Figure:
+    def plot(self, *, title: str | None = None) -> Figure:
         """Draw the best answer's contact map, each backend's certified error, and where contact sets differ.
+
+        Parameters
+        ----------
+        title : str, optional
+            Headline in place of the picture's own.
 
         Raises
         ------
@@ -214,7 +219,7 @@ class Comparison:
         """
         from .pictures import plot_comparison
 
-        return plot_comparison(self)
+        return plot_comparison(self, title)
 
     def plot_disagreement(self) -> Figure:
         """Draw how far the backends' gaps lie apart at every node, and number the worst nodes.
