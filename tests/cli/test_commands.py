@@ -14,6 +14,7 @@ import jsonschema
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from strategies import BACKENDS
 from typer.testing import CliRunner
 
@@ -49,7 +50,7 @@ def run(*arguments, columns=None):
         ("compare", "--json", "x.yaml", ".json"),
         ("compare", "--json", "-", ".json"),
         ("compare", "--report", "x.pdf", ".html .htm"),
-        ("certify", "--out", "x.csv", ".json .nc"),
+        ("certify", "--out", "x.vtk", ".json .nc .csv"),
     ],
 )
 def test_unknown_suffixes_are_refused_before_anything_is_solved(tmp_path, monkeypatch, command, option, name, known):
@@ -97,7 +98,7 @@ def test_ctrl_c_is_130(monkeypatch, command):
     def interrupted(path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("contactqp.io.cases.load_case", interrupted)
+    monkeypatch.setattr("contactqp.io.cases.read_case", interrupted)
     assert run(command, CABLE).exit_code == 130
 
 
@@ -323,6 +324,27 @@ def test_the_papers_table_is_readable(tmp_path):
     assert "…" not in table.replace("1.05, …, 1.95", "")
 
 
+@pytest.mark.parametrize("command", ["solve", "compare"])
+@pytest.mark.parametrize("titled", [True, False])
+def test_a_picture_has_the_title_of_its_case_above_its_own_headline(tmp_path, monkeypatch, command, titled):
+    heads = []
+    save = Figure.savefig
+    monkeypatch.setattr(
+        Figure, "savefig", lambda self, *a, **k: heads.append(self.get_suptitle()) or save(self, *a, **k)
+    )
+    case = tmp_path / "case.toml"
+    text = re.sub("^title.*\n", "", DOME.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    case.write_text(('title = "disk over a dome"\n' if titled else "") + text.replace("0.04", "0.1"), encoding="utf-8")
+    arguments = ["--plot", tmp_path / "p.png", *(["--report", tmp_path / "p.html"] if command == "compare" else [])]
+    assert run(command, case, *arguments).exit_code == 0
+    first, *others = heads[0].splitlines()
+    assert (first == "disk over a dome") is titled
+    assert re.match("active-set: certified|6 backends, ", others[0] if titled else first)
+    if command == "compare":
+        page = (tmp_path / "p.html").read_text(encoding="utf-8")
+        assert f"<h1>{'disk over a dome' if titled else 'case.toml'}</h1>" in page
+
+
 def test_certify_tells_its_figures_against_what_and_of_what(tmp_path):
     solution = cq.solve(load_case(CABLE))
     np.save(tmp_path / "gap.npy", solution.gap)
@@ -331,3 +353,14 @@ def test_certify_tells_its_figures_against_what_and_of_what(tmp_path):
     assert record["error_scale"] == solution.verdict.scale
     assert f"of the error scale {record['error_scale']:.3g}; tol" in result.output
     assert "against     the exact solution of the discrete problem" in result.output
+
+
+def test_certify_writes_every_format_of_solutions(tmp_path):
+    solution = cq.solve(load_case(CABLE))
+    np.save(tmp_path / "gap.npy", solution.gap)
+    for suffix in (".csv", ".nc"):
+        assert run("certify", CABLE, tmp_path / "gap.npy", "--out", tmp_path / f"e{suffix}").exit_code == 0
+    head = (tmp_path / "e.csv").read_text().splitlines()[0]
+    assert head.startswith("node,x,y,gap,")
+    assert "gap_upper" in head
+    assert "gap_upper" in xr.load_dataset(tmp_path / "e.nc")

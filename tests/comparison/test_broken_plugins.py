@@ -109,3 +109,11 @@ def test_the_default_list_takes_plugins_that_work_and_tells_of_those_that_do_not
         assert REASONS[name] in comparison.left_out[name]
     installed = backends.installed_backends()
     assert installed == [row.backend for row in comparison.rows]
+
+
+def test_each_backend_is_loaded_once_to_find_out_who_is_usual(plugins, monkeypatch):
+    loaded = []
+    load = backends.get_backend
+    monkeypatch.setattr(backends, "get_backend", lambda name: loaded.append(name) or load(name))
+    backends.usual_backends(cq.gallery.islands().problem)
+    assert sorted(loaded) == sorted(cq.backend_names())

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -54,6 +55,20 @@ def test_cautions_on_the_command_line(tmp_path):
     result = CliRunner().invoke(app, ["solve", str(case), "--backend", "active-set"])
     assert result.stderr.startswith(f"contactqp: warning: {case}: support stands above the frame")
     assert "caution     support stands above the frame at 12 of the 12 places" in result.stdout
+
+
+def test_certify_tells_all_cautions_and_the_warnings_of_its_case(tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text(CASE.replace("880.0", "-880.0").replace("2000.0", "0.001"))
+    model = cq.Membrane(STEEP.lattice, 1.0, load=0.001, support=880.0)
+    np.save(tmp_path / "gap.npy", np.full(model.size, 0.0))
+    arguments = ["certify", str(case), str(tmp_path / "gap.npy"), "--out", str(tmp_path / "e.json")]
+    result = CliRunner().invoke(app, arguments, env={"COLUMNS": "300"})
+    assert result.stderr.startswith(f"contactqp: warning: {case}: support stands above the frame")
+    assert result.stdout.count("caution     ") == 2
+    assert f"caution     {SAID}" in result.stdout
+    assert "caution     support stands above the frame at 12 of the 12 places" in result.stdout
+    assert len(json.loads((tmp_path / "e.json").read_text())["cautions"]) == 2
 
 
 def test_gentle_answers_and_bare_problems_have_none():

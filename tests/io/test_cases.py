@@ -223,7 +223,7 @@ def test_compare_writes_a_report_and_says_what_was_found(tmp_path):
     assert "tol 1e-06 (default) of the error scale" in result.output
     assert "False claim: osqp said 'solved, eps 1e-03'" in result.output
     assert f"report: {page}" in result.output.replace("\n", "")
-    assert "<title>cable.toml</title>" in page.read_text(encoding="utf-8")
+    assert "<title>cable over a flat floor</title>" in page.read_text(encoding="utf-8")
 
 
 def test_a_finding_is_printed_below_the_table(capsys):

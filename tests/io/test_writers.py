@@ -1,6 +1,7 @@
 """Solutions as files."""
 
 import csv
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,3 +40,13 @@ def test_unknown_suffixes_are_refused(tmp_path):
     model = cq.Cable(nodes=3, spacing=1.0, tension=1.0, load=1.0, support=1.0)
     with pytest.raises(ValueError, match=r"unknown suffix '\.vtk'; known: \.nc \.csv"):
         write_solution(cq.solve(model), model, tmp_path / "answer.vtk")
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_a_file_is_replaced_as_a_whole_once(tmp_path, monkeypatch, suffix):
+    replaced = []
+    replace = Path.replace
+    monkeypatch.setattr(Path, "replace", lambda self, target: replaced.append(target) or replace(self, target))
+    model = cq.Cable(nodes=3, spacing=1.0, tension=1.0, load=1.0, support=1.0)
+    write_solution(cq.solve(model), model, tmp_path / f"answer{suffix}")
+    assert replaced == [tmp_path / f"answer{suffix}"]

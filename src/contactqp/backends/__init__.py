@@ -98,11 +98,8 @@ def why_missing(name: str) -> str | None:
     Its library is not installed; or it is another distribution's, and what that runs when it is loaded may raise
     anything.
     """
-    try:
-        get_backend(name).require()
-    except (Exception, SystemExit) as error:
-        return str(error)
-    return None
+    found = _callable_backend(name)
+    return found if isinstance(found, str) else None
 
 
 def installed_backends() -> list[str]:
@@ -125,12 +122,11 @@ def usual_backends(problem: ContactQP) -> tuple[list[str], dict[str, str]]:
     named: list[str] = []
     left_out: dict[str, str] = {}
     for name in backend_names():
-        reason = why_missing(name)
-        if reason is not None:
+        backend = _callable_backend(name)
+        if isinstance(backend, str):
             if name not in TABLE:
-                left_out[name] = f"cannot be called: {reason}"
+                left_out[name] = f"cannot be called: {backend}"
             continue
-        backend = get_backend(name)
         try:
             backend.check_problem(problem)
         except UnsuitableProblemError:
@@ -170,6 +166,16 @@ def choose_backend(problem: ContactQP) -> tuple[str, str]:
         return "multigrid", f"auto: a lattice with {problem.size} nodes"
     kind = "an M-matrix" if problem.is_m_matrix else "a matrix"
     return "active-set", f"auto: {kind} with {problem.size} unknowns"
+
+
+def _callable_backend(name: str) -> Backend | str:
+    """Return the backend of a name, loaded once, or why it cannot be called here."""
+    try:
+        backend = get_backend(name)
+        backend.require()
+    except (Exception, SystemExit) as error:
+        return str(error)
+    return backend
 
 
 def _own_names() -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..foundation.text import shortened
 from .application import (
     EXIT_NOT_CERTIFIED,
     EXIT_OK,
@@ -55,17 +56,19 @@ def compare(
     from ..comparison.compare import compare as compare_backends
     from .tables import print_comparison
 
-    model = _model_of(case)
+    model, title = _read(case)
     names = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
     comparison = compare_backends(model, names, tol=tolerance(tol), time_limit=time_limit, repeats=repeats)
     print_comparison(comparison, title=case.name, wide=wide)
     if json is not None:
         json.write_text(comparison.to_json() + "\n", encoding="utf-8")
     if plot is not None and comparison.best is not None:
-        comparison.plot().savefig(plot, dpi=150)
+        from ..comparison.pictures import headline
+
+        comparison.plot(title=_headed(title, headline(comparison))).savefig(plot, dpi=150)
         typer.echo(f"picture: {plot}")
     if report is not None:
-        typer.echo(f"report: {comparison.report(report, title=case.name)}")
+        typer.echo(f"report: {comparison.report(report, title=title or case.name)}")
     raise typer.Exit(EXIT_OK if comparison.agree else EXIT_NOT_CERTIFIED)
 
 
@@ -88,7 +91,7 @@ def solve(
     check_output("--plot", plot, PICTURES)
     from ..solving.solve import solve as solve_problem
 
-    model = _model_of(case)
+    model, title = _read(case)
     solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
     typer.echo(repr(solution))
     if solution.certificate is not None:
@@ -99,7 +102,9 @@ def solve(
         write_solution(solution, model, out)
         typer.echo(f"fields: {out}")
     if plot is not None and solution.residuals is not None:
-        solution.plot().savefig(plot, dpi=150)
+        from ..plotting.answers import headline
+
+        solution.plot(title=_headed(title, headline(solution))).savefig(plot, dpi=150)
         typer.echo(f"picture: {plot}")
     raise typer.Exit(EXIT_OK if solution.status.ok else EXIT_NOT_CERTIFIED)
 
@@ -131,20 +136,22 @@ def certify(
     ] = None,
     tol: Tol = "1e-6",
     out: Annotated[
-        Path | None, typer.Option(help="Write the enclosure (.json, or .nc with all fields).", show_default=False)
+        Path | None,
+        typer.Option(help="Write the enclosure (.json; all fields: .nc, .csv).", show_default=False),
     ] = None,
 ) -> None:
     """Enclose the exact solution of CASE, given the ANSWER of any program in any language.
 
     Exit code 0: certified to the tolerance; 1: not; 2: bad input; 130: interrupted.
     """
-    check_output("--out", out, (".json", ".nc"))
-    from ..io.answers import read_answer
-    from ..io.cases import load_case
-    from ..solving.answered import judged_answer
-    from .records import print_enclosure, write_enclosure
+    from ..io.writers import WRITERS
+    from .records import JSON, print_enclosure, write_enclosure
 
-    model = load_case(case)
+    check_output("--out", out, (JSON, *WRITERS))
+    from ..io.answers import read_answer
+    from ..solving.answered import judged_answer
+
+    model, _ = _read(case)
     judged = judged_answer(
         model,
         read_answer(answer, model, quantity.value, rows=None if rows is None else rows.value),
@@ -223,17 +230,22 @@ def _told(bracket: Bracket) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _model_of(case: Path) -> Membrane | Cable:
-    """Return the model of a case file; what is strange about it is a line on standard error."""
+def _headed(title: str, own: str) -> str:
+    """Return a picture's headline: the case's title, if it has one, above its own."""
+    return f"{shortened(title, 100)}\n{own}" if title else own
+
+
+def _read(case: Path) -> tuple[Membrane | Cable, str]:
+    """Return model and title of a case file; what is strange about it is a line on standard error."""
     from ..errors import ContactWarning
-    from ..io.cases import load_case
+    from ..io.cases import read_case
 
     with warnings.catch_warnings(record=True) as strange:
         warnings.simplefilter("always", ContactWarning)
-        model = load_case(case)
+        model, title = read_case(case)
     for warning in strange:
         typer.echo(f"contactqp: warning: {case}: {warning.message}", err=True)
-    return model
+    return model, title
 
 
 def main() -> None:

@@ -12,12 +12,15 @@ from ..foundation.files import replaced_as_a_whole
 from ..foundation.json_text import json_of
 from ..foundation.terminal import table_console
 from ..foundation.text import at_most
-from ..io.netcdf import write_netcdf
+from ..io.writers import write_solution
 from ..proof.status import DISCRETE
-from ..solving.solution import SLOPE_LIMIT
 
 if TYPE_CHECKING:
     from ..solving.solution import Solution
+
+
+JSON = ".json"
+"""Suffix of a file for the numbers that hold for the whole."""
 
 
 def print_enclosure(judged: Solution, case: Path, answer: Path) -> None:
@@ -28,34 +31,32 @@ def print_enclosure(judged: Solution, case: Path, answer: Path) -> None:
     console = table_console()
     colour = "bold green" if judged.status.ok else "bold red"
     console.print(Text(f"{answer}: {judged.status.value}", style=colour))
-    lines = {
-        "case": f"{case} · {record['model']}",
-        "gap error": f"<= {at_most(judged.relative_bound)} of the error scale {judged.verdict.scale:.3g}; "
-        f"tol {judged.tol:g}",
-        "against": DISCRETE,
-    }
+    bound = f"<= {at_most(judged.relative_bound)} of the error scale {judged.verdict.scale:.3g}; tol {judged.tol:g}"
+    lines = [("case", f"{case} · {record['model']}"), ("gap error", bound), ("against", DISCRETE)]
     if judged.certificate is not None:
         contact = record["contact"]
-        lines["contact"] = (
+        told = (
             f"{contact['certain']} of {judged.problem.size} nodes certainly in contact, {contact['clear']} clear, "
             f"{contact['undecided']} undecided"
         )
+        lines.append(("contact", told))
     if judged.residuals is not None:
         residuals = judged.residuals
-        lines["conditions"] = (
+        told = (
             f"min gap {residuals.min_gap:.2g}, min reaction {residuals.min_reaction:.2g}, "
             f"gap·R {residuals.complementarity:.2g}, natural residual {residuals.natural_residual:.2g}"
         )
-    if record.get("max_slope", 0.0) > SLOPE_LIMIT:
-        lines["caution"] = f"largest slope {record['max_slope']:.2g}: the theory assumes small slopes"
-    for name, text in lines.items():
+        lines.append(("conditions", told))
+    lines += [("caution", caution) for caution in judged.cautions]
+    for name, text in lines:
         console.print(Text(f"{name:<11} {text}"))
 
 
 def write_enclosure(judged: Solution, case: Path, answer: Path, path: Path) -> None:
-    """Write it: all fields as NetCDF, or the numbers that hold for the whole as JSON, by the suffix."""
-    if path.suffix.lower() == ".nc":
-        write_netcdf(judged.to_dataset(), path)
+    """Write it: the numbers that hold for the whole as JSON, or all fields in a format of solutions, by the suffix."""
+    if path.suffix.lower() != JSON:
+        assert judged.model is not None
+        write_solution(judged, judged.model, path)
         return
     with replaced_as_a_whole(path) as unfinished:
         unfinished.write_text(json_of(enclosure_of(judged, case, answer)) + "\n", encoding="utf-8")
@@ -73,6 +74,7 @@ def enclosure_of(judged: Solution, case: Path, answer: Path) -> dict[str, Any]:
         "gap_scale": judged.problem.gap_scale,
         "error_scale": judged.verdict.scale,
         "relative_bound": judged.relative_bound,
+        "cautions": judged.cautions,
     }
     if judged.certificate is not None:
         certificate = judged.certificate

@@ -45,8 +45,6 @@ class Comparison:
         One for each backend, in the order asked for.
     pairs : list of Pair
         Every pair of backends that returned a finite answer.
-    left_out : mapping of str to str
-        By backend, why the default list does without it.
     conclusion : Conclusion
         What rows and pairs say of the backends.
     provenance : Provenance
@@ -69,8 +67,7 @@ class Comparison:
         self.answers = Answers(problem, model, returned)
         self.rows = [row_of(outcome, self.answers) for outcome in outcomes]
         self.pairs = pairs_of(self.answers, tolerance.tol)
-        self.left_out = dict(left_out or {})
-        self.conclusion = conclusion_of(self.answers, self.rows, self.pairs, tolerance.tol, self.left_out)
+        self.conclusion = conclusion_of(self.answers, self.rows, self.pairs, tolerance.tol, left_out)
 
     @property
     def problem(self) -> ContactQP:
@@ -150,6 +147,11 @@ class Comparison:
         return self.conclusion.false_claims
 
     @property
+    def left_out(self) -> Mapping[str, str]:
+        """By backend, why the default list does without it."""
+        return self.conclusion.left_out
+
+    @property
     def findings(self) -> tuple[str, ...]:
         """What went wrong on the way, though it may not show in the answers: one sentence each."""
         return self.conclusion.findings
@@ -202,8 +204,13 @@ class Comparison:
         """Return rows, pairs, verdict, truth, findings and provenance as JSON; infinite and undefined become null."""
         return as_json(self, indent)
 
-    def plot(self) -> Figure:
+    def plot(self, *, title: str | None = None) -> Figure:
         """Draw the best answer's contact map, each backend's certified error, and where contact sets differ.
+
+        Parameters
+        ----------
+        title : str, optional
+            Headline in place of the picture's own.
 
         Raises
         ------
@@ -212,7 +219,7 @@ class Comparison:
         """
         from .pictures import plot_comparison
 
-        return plot_comparison(self)
+        return plot_comparison(self, title)
 
     def plot_disagreement(self) -> Figure:
         """Draw how far the backends' gaps lie apart at every node, and number the worst nodes.

@@ -88,7 +88,7 @@ def conclusion_of(
         findings=_findings(answers, rows, pairs),
         cautions=_cautions(answers),
         sentence=_agreement(rows, pairs) if agree else _disagreement(culprits, false_claims),
-        left_out=left_out or {},
+        left_out=dict(left_out or {}),
     )
 
 

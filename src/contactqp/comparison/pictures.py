@@ -33,7 +33,7 @@ _LEAST_DRAWN = 1e-290
 """Least number on a logarithmic axis: matplotlib fails nearer to the least one that a double can hold."""
 
 
-def plot_comparison(compared: Compared) -> Figure:
+def plot_comparison(compared: Compared, title: str | None = None) -> Figure:
     """Draw the best answer's contact map or section, and for each backend its bound and its time."""
     best, conclusion = compared.answers.best, compared.conclusion
     if best is None:
@@ -45,10 +45,16 @@ def plot_comparison(compared: Compared) -> Figure:
         _mark_differences(places, compared)
     above, below = right.subplots(2, 1, sharey=True)
     _draw_bars(above, below, compared)
-    verdict = "all agree" if conclusion.agree else "no agreement: " + ", ".join(conclusion.culprits)
-    title = f"{len(compared.rows)} backends, {best.problem.size} nodes, {verdict}"
-    head(figure, title)
+    head(figure, headline(compared) if title is None else title)
     return figure
+
+
+def headline(compared: Compared) -> str:
+    """Return the headline of a comparison's picture: how many backends, how many nodes, and the verdict."""
+    conclusion = compared.conclusion
+    verdict = "all agree" if conclusion.agree else "no agreement: " + ", ".join(conclusion.culprits)
+    nodes = counted(compared.answers.problem.size, "node")
+    return f"{counted(len(compared.rows), 'backend')}, {nodes}, {verdict}"
 
 
 def _mark_differences(places: NodePlaces, compared: Compared) -> None:

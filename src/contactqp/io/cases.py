@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -16,15 +16,29 @@ from ..geometry.lattice import Lattice
 from ..models.cable import Cable
 from ..models.membrane import Membrane
 from .case_errors import explained
-from .case_sections import PROFILES, CableCase, DataFile, MaskFile, MembraneCase, SampledSection, Section
+from .case_sections import PROFILES, CableCase, DataFile, MaskFile, MembraneCase, SampledSection
 from .data_files import Reading, existing_file, read_raster
 from .on_nodes import on_lattice, rows_of, upright, without_missing
 from .rasters import Raster
 from .toml_files import read_toml
 
 
+class Case(NamedTuple):
+    """What a case file describes.
+
+    Attributes
+    ----------
+    model : Membrane or Cable
+    title : str
+        For pictures and pages; ``""`` where the file has none.
+    """
+
+    model: Membrane | Cable
+    title: str
+
+
 def load_case(path: str | Path) -> Membrane | Cable:
-    """Return the model that a case file describes.
+    """Return the model that a case file describes; `read_case` returns its title as well.
 
     Parameters
     ----------
@@ -56,6 +70,11 @@ def load_case(path: str | Path) -> Membrane | Cable:
     >>> load_case(case)
     Membrane(45 nodes, spacing=0.5, tension=1, load=2, support=0.3)
     """
+    return read_case(path).model
+
+
+def read_case(path: str | Path) -> Case:
+    """Return what a case file describes, see `load_case`."""
     path = Path(path)
     data = read_toml(path)
     section, model_of = _KINDS.get(str(data.get("model")), _KINDS["membrane"])
@@ -65,7 +84,7 @@ def load_case(path: str | Path) -> Membrane | Cable:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             model = model_of(case, path)
             _ = model.problem
-            return model
+            return Case(model, case.title)
     except ValidationError as error:
         raise CaseFileError(f"{path}: {explained(error, section)}") from None
     except CaseFileError:
@@ -187,7 +206,7 @@ def _cable(case: CableCase, path: Path) -> Cable:
     )
 
 
-_KINDS: dict[str, tuple[type[Section], Callable[[Any, Path], Membrane | Cable]]] = {
+_KINDS: dict[str, tuple[type[MembraneCase | CableCase], Callable[[Any, Path], Membrane | Cable]]] = {
     "membrane": (MembraneCase, _membrane),
     "cable": (CableCase, _cable),
 }

@@ -25,8 +25,14 @@ def write_netcdf(data: xr.Dataset, path: Path) -> None:
     path : Path
         Its folder must exist.
     """
-    with _ONE_AT_A_TIME, replaced_as_a_whole(path) as unfinished:
-        data.to_netcdf(unfinished, engine="netcdf4")
+    with replaced_as_a_whole(path) as unfinished:
+        write_netcdf_anew(data, unfinished)
+
+
+def write_netcdf_anew(data: xr.Dataset, path: Path) -> None:
+    """Write a dataset into a file that nobody reads yet."""
+    with _ONE_AT_A_TIME:
+        data.to_netcdf(path, engine="netcdf4")
 
 
 def read_netcdf(path: Path) -> xr.Dataset:

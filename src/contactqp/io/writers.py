@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ..foundation.files import replaced_as_a_whole, require_writable
 from .datasets import solution_dataset
 from .fields import fields_of
-from .netcdf import write_netcdf
+from .netcdf import write_netcdf_anew
 
 if TYPE_CHECKING:
     from ..models.base import ContactModel
@@ -50,7 +50,7 @@ def write_solution(solution: Answered, model: ContactModel, path: Path) -> None:
 
 def _write_netcdf(solution: Answered, model: ContactModel, path: Path) -> None:
     """Write the dataset that `Solution.to_dataset` returns."""
-    write_netcdf(solution_dataset(solution, model), path)
+    write_netcdf_anew(solution_dataset(solution, model), path)
 
 
 def _write_table(solution: Answered, model: ContactModel, path: Path) -> None:

@@ -31,12 +31,12 @@ def plot_solution(solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     subject = subject_of(solution)
     if wanted.ax is not None:
         draw_into(subject, wanted.ax, solution, wanted)
-        text = _headline(solution).split(",")[0] if wanted.title is None else wanted.title
+        text = headline(solution).split(",")[0] if wanted.title is None else wanted.title
         wanted.ax.set_title(text, fontsize="medium")
         with_units([wanted.ax], wanted)
         return figure_of(wanted.ax)
     figure = answer_figure(subject, solution, wanted)
-    head(figure, _headline(solution) if wanted.title is None else wanted.title)
+    head(figure, headline(solution) if wanted.title is None else wanted.title)
     with_units(figure.axes, wanted)
     return figure
 
@@ -84,7 +84,8 @@ def plot_certificate(certificate: Enclosed, model: ContactModel) -> Figure:
     return figure
 
 
-def _headline(solution: Answered) -> str:
+def headline(solution: Answered) -> str:
+    """Return the headline of a solution's picture: who answered, and what the answer is worth."""
     state = str(solution.status).replace("_", " ")
     if solution.certificate is None:
         return f"{solution.backend}: {state}, {solution.problem.size} nodes"
