@@ -68,13 +68,15 @@ def report(name: str, matrix: Any, q: np.ndarray, repeat: int, *, with_linear: b
     contact, *rest = in_turn(repeat, lambda: cq.solve(problem), *others)
     making = min(seconds(lambda: cq.ContactQP(matrix, q)) for _ in range(repeat))
     solution = cq.solve(problem)
-    bound = solution.certificate.gap_bound / solution.problem.gap_scale
+    told_bound = f"bound {solution.relative_bound:.1e}"
+    if solution.certificate is not None:
+        told_bound += f", {solution.certificate.undecided.sum()} undecided"
     told = (
         f"{name:10} {q.size:8} unknowns: {contact:.3f} s ({1e6 * contact / q.size:.2f} µs each), made in {making:.3f} s"
     )
     if rest:
         told += f", {contact / min(rest):.2f} x pyamg's linear solve"
-    print(f"{told}; {solution.status}, bound {bound:.1e}, {solution.certificate.undecided.sum()} undecided", flush=True)
+    print(f"{told}; {solution.status}, {told_bound}", flush=True)
     return solution
 
 
