@@ -121,7 +121,7 @@ def test_the_rows_of_arrays_go_where_it_is_told(rows):
     np.testing.assert_array_equal(
         membrane.support, cq.Membrane(LATTICE, 1.0, load=0.4, support=rank / 10 + 0.1).support
     )
-    again = cq.Solver(membrane).solve(support=support)
+    again = cq.Solver(membrane).solve(support=support, rows=rows)
     np.testing.assert_array_equal(again.gap, solution.gap)
     net = cq.CableNet.orthogonal(LATTICE, 1.0, load=0.4, support=support, frame_height=0 * support, rows=rows)
     np.testing.assert_array_equal(net.support, membrane.support)
