@@ -9,6 +9,7 @@ from strategies import BACKENDS, altered, lattice_masks
 
 import contactqp as cq
 from contactqp.models.base import ContactModel
+from contactqp.models.varied import with_load
 from contactqp.testing import assert_backends_agree, assert_complementary, assert_same_contact
 
 ON_MATRICES = [name for name in BACKENDS if name != "multigrid"]
@@ -107,8 +108,10 @@ def test_orthogonal_cables_are_the_membrane_to_the_bit(mask, spacing, seed):
     """The membrane of tension T is the net of orthogonal cables of tension S = TΔ with nodal loads P = pΔ²."""
     rng = np.random.default_rng(seed)
     lattice = cq.Lattice(mask, spacing, origin=(0.3, -0.7))
-    force, pressure = rng.uniform(0.5, 2.0), rng.uniform(0.1, 1, lattice.size)  # no support is out of reach
+    force, pressure = rng.uniform(0.5, 2.0), rng.uniform(0.1, 1, lattice.size)
     support = rng.uniform(-0.5, 0.5, lattice.size)
+    deep = rng.uniform(size=lattice.size) < 0.2
+    support[deep] = 10.0 ** rng.uniform(0, 8, deep.sum())  # some are out of reach
 
     def height(x, y):
         return 0.1 * x - 0.3 * y**2
@@ -121,6 +124,7 @@ def test_orthogonal_cables_are_the_membrane_to_the_bit(mask, spacing, seed):
         for part in ("data", "indices", "indptr"):
             np.testing.assert_array_equal(getattr(net.problem.G, part), getattr(membrane.problem.G, part))
         np.testing.assert_array_equal(net.problem.q, membrane.problem.q)
+        np.testing.assert_array_equal(net.problem.lower, membrane.problem.lower)
         np.testing.assert_array_equal(net.node_x, lattice.node_x)
         np.testing.assert_allclose(net.length, spacing)
         gap = rng.uniform(0, 1, lattice.size)
@@ -130,6 +134,19 @@ def test_orthogonal_cables_are_the_membrane_to_the_bit(mask, spacing, seed):
         contact = rng.uniform(size=lattice.size) < 0.5
         boundaries = [sorted(map(tuple, np.round(model.free_boundary(contact), 9))) for model in (net, membrane)]
         assert boundaries[0] == boundaries[1]
+
+
+@pytest.mark.parametrize("depth", [1.0, 1e3, 1e4, 3e4, 1e5, 1e6, 1e8])
+@pytest.mark.parametrize("load", [1.0, 0.01])
+def test_orthogonal_cables_and_the_membrane_drop_the_same_supports(depth, load):
+    lattice = cq.Frame.disk(4.0).lattice(0.5)
+    support = np.where(np.arange(lattice.size) % 3, depth, 0.5)
+    membrane = cq.Membrane(lattice, 2.0, load=load, support=support)
+    net = cq.CableNet.orthogonal(lattice, 1.0, load=load * 0.25, support=support)
+    np.testing.assert_array_equal(net.unreachable, membrane.unreachable)
+    np.testing.assert_array_equal(net.problem.q, membrane.problem.q)
+    heavier = [with_load(model, 100.0) for model in (net, membrane)]
+    np.testing.assert_array_equal(heavier[0].unreachable, heavier[1].unreachable)
 
 
 def test_orthogonal_cables_take_arrays_and_heights_as_a_membrane_does():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rational import adversarial_answer, adversarial_bounds, adversarial_problem, exact_solution, m_matrix
 from strategies import enumerate_solution, problems
 
 import contactqp as cq
@@ -107,3 +108,99 @@ def test_the_bracket_holds_the_energy_where_it_underflows(size):
 def test_the_energy_of_a_shut_gap_is_zero_exactly():
     problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [0.0, 0.0])
     assert cq.energy_bracket(problem, [0.0, 0.0]) == (0.0, 0.0)
+
+
+def nearly_singular(rng, size):
+    """Return an M-matrix whose condition number is up to 1e15, or one of another kind with one as large."""
+    beyond = 10.0 ** rng.uniform(-15, -6)
+    if rng.uniform() < 0.3:
+        vectors, _ = np.linalg.qr(rng.normal(size=(size, size)))
+        matrix = (vectors * np.r_[beyond, np.ones(size - 1)]) @ vectors.T
+    else:
+        weights = np.triu(rng.integers(1, 4, (size, size)).astype(float), 1)
+        weights += weights.T
+        matrix = np.diag(weights.sum(axis=1)) - weights
+        matrix[0, 0] += beyond * matrix[0, 0] + (size == 1)
+    return (matrix + matrix.T) / 2
+
+
+def exact_energy(problem, gap, reaction):
+    force = [Fraction(float(entry)) for entry in problem.q]
+    return sum((r + q) * w for r, q, w in zip(reaction, force, gap, strict=True)) / 2
+
+
+def check_the_bracket_in_rational_numbers(seed, cases, make):
+    rng = np.random.default_rng(seed)
+    finite = 0
+    for _ in range(cases):
+        problem = make(rng)
+        if problem is None:
+            continue
+        exact, reaction = exact_solution(problem)
+        energy = exact_energy(problem, exact, reaction)
+        for answer in (np.array([float(x) for x in exact]), adversarial_answer(rng, problem, exact)):
+            low, high = cq.energy_bracket(problem, answer)
+            assert low <= high
+            assert low == -np.inf or Fraction(low) <= energy
+            assert high == np.inf or energy <= Fraction(high)
+            finite += int(np.isfinite([low, high]).all())
+    return finite
+
+
+def near_singular_problem(rng):
+    matrix = nearly_singular(rng, int(rng.integers(1, 5)))
+    q = rng.normal(size=len(matrix)) * 10.0 ** rng.uniform(-3, 3)
+    try:
+        return cq.ContactQP(matrix, q, lower=rng.choice([0.0, -1.0]), supported=None)
+    except ValueError:  # singular in double precision
+        return None
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_bracket_holds_in_rational_numbers_for_nearly_singular_matrices(seed):
+    assert check_the_bracket_in_rational_numbers(seed, 150, near_singular_problem) > 150
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_the_bracket_holds_in_rational_numbers_for_adversarial_problems(seed):
+    assert check_the_bracket_in_rational_numbers(seed, 100, lambda rng: adversarial_problem(rng, 4)) > 150
+    bounded = check_the_bracket_in_rational_numbers(seed, 50, lambda rng: adversarial_bounds(rng, m_matrix(rng, 3)))
+    assert bounded > 60
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10, 15))
+def test_the_bracket_holds_in_rational_numbers_thousands_of_times(seed):
+    check_the_bracket_in_rational_numbers(seed, 1000, near_singular_problem)
+    check_the_bracket_in_rational_numbers(seed, 500, lambda rng: adversarial_problem(rng, 4))
+    check_the_bracket_in_rational_numbers(seed, 300, lambda rng: adversarial_bounds(rng, m_matrix(rng, 3)))
+
+
+def test_the_bracket_of_an_exact_answer_is_narrow_although_the_matrix_is_nearly_singular():
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        problem = near_singular_problem(rng)
+        if problem is None or problem.barrier is None:
+            continue
+        exact, reaction = exact_solution(problem)
+        energy = float(exact_energy(problem, exact, reaction))
+        low, high = cq.energy_bracket(problem, np.array([float(x) for x in exact]))
+        assert high - low <= 1e-2 * abs(energy) + 1e-300
+
+
+def test_where_nothing_is_known_of_the_matrix_there_is_no_lower_bound(monkeypatch):
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
+    full = np.array([[2.0, 1.5, 1.5], [1.5, 2.0, 1.5], [1.5, 1.5, 2.0]])
+    low, high = cq.energy_bracket(cq.ContactQP(full, [-1.0, 0.0, 0.0]), [0.4, 0.1, 0.0])
+    assert low == -np.inf
+    assert np.isfinite(high)
+
+
+def test_positive_entries_that_count_as_zero_are_in_the_bracket():
+    matrix = np.array([[2.0, -1.0, 1e-15], [-1.0, 2.0, -1.0], [1e-15, -1.0, 2.0]])
+    problem = cq.ContactQP(matrix, [-1.0, 0.5, -1.0])
+    assert problem.stiffness.surplus is not None
+    exact, reaction = exact_solution(problem)
+    low, high = cq.energy_bracket(problem, np.array([float(x) for x in exact]))
+    assert Fraction(low) <= exact_energy(problem, exact, reaction) <= Fraction(high)
+    assert high - low < 1e-13

@@ -24,6 +24,7 @@ from .cable_net_arguments import (
     name_segment,
     refuse_overflow,
 )
+from .reach import reach_on_lattice
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -104,6 +105,9 @@ class CableNet(ContactModel):
     array([0.2])
     """
 
+    _lattice_shape: tuple[int, int] | None = None
+    """Rows and columns of the lattice whose rows and columns are the cables of an orthogonal net."""
+
     def __init__(
         self,
         positions: ArrayLike,
@@ -162,7 +166,8 @@ class CableNet(ContactModel):
         """Return the net of cables along the rows and columns of a lattice.
 
         It is the net of orthogonal cables of the paper that contactqp starts from: with S = TΔ and P = pΔ² its G and q
-        are those of the `Membrane`.
+        are those of the `Membrane`, and so is which supports are out of reach. They are so to the bit where S/Δ and P
+        are the doubles T and pΔ²; the same supports may be said in elevations, and rows either way.
 
         Parameters
         ----------
@@ -211,7 +216,7 @@ class CableNet(ContactModel):
         segments = np.concatenate(
             [_pairs(number[:, :-1], number[:, 1:], lattice.size), _pairs(number[:-1], number[1:], lattice.size)]
         )
-        return cls(
+        net = cls(
             np.column_stack([np.concatenate([lattice.node_x, x]), np.concatenate([lattice.node_y, y])]),
             segments,
             force_density=tension / lattice.spacing,
@@ -221,6 +226,8 @@ class CableNet(ContactModel):
             fixed_height=0.0 if heights is None else heights[frame],
             upwards=upwards,
         )
+        net._lattice_shape = lattice.shape
+        return net
 
     @staticmethod
     def plan_in_equilibrium(
@@ -386,6 +393,10 @@ class CableNet(ContactModel):
         return float(np.abs(self._frame - self._datum).max())
 
     def _reach(self) -> float:
+        if self._lattice_shape is not None:
+            # As a membrane decides, so that the same supports count as none.
+            stiffness = float(self.force_density[0])
+            return reach_on_lattice(self._lattice_shape, (stiffness, stiffness), self.load)
         # The deflection of any node is at most the whole load times the node's own softness, and that is at most the
         # softness of a path to a fixed point: to take the other segments away makes a net softer (Rayleigh).
         load_modules("scipy.sparse", "scipy.sparse.csgraph")

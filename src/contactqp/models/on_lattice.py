@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebra.stencil import Stencil
-from ..foundation.checks import Mask, Vector, boolean, read_only, repeated
+from ..foundation.checks import Mask, Vector, boolean, read_only
 from ..foundation.text import counted
 from ..geometry.fields import Rows, checked_rows, frame_heights, in_rows, sample
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from .base import ContactModel, Coordinate
+from .reach import reach_on_lattice
 
 
 class LatticeModel(ContactModel):
@@ -128,16 +129,8 @@ class LatticeModel(ContactModel):
         return np.where(self.stencil.frame_points(), self._heights - self._datum, 0.0)
 
     def _reach(self) -> float:
-        # Of a load p the parabola p x (W - x)/2 over the arms' force, between the sides of the lattice's array, bounds
-        # the deflection whatever the nodes' mask: its second difference is p everywhere, and it is >= 0 on the frame.
-        load = self.nodal_load
-        push = max(0.0, float(load[0] if repeated(load) else load.max()))
-        rows, columns = self.lattice.shape
         arms = float(self.stencil.horizontal.min()), float(self.stencil.vertical.min())
-        strips = [
-            ((count + 1) / 2) ** 2 / (2 * arm) for count, arm in zip((columns, rows), arms, strict=True) if arm > 0
-        ]
-        return push * min(strips, default=np.inf)
+        return reach_on_lattice(self.lattice.shape, arms, self.nodal_load)
 
     def _steps_of_support(self) -> tuple[Vector, Vector]:
         depth = self._padded(self.depth)

@@ -11,6 +11,22 @@ because E(ω) + E_c(R) = ½‖ω - G⁻¹(R - q)‖²_G + (ω - l)ᵀR⁺ + (u -
 admissible gaps the solution has the least potential energy, and of all admissible reactions the least complementary
 energy (Dorn, *Duality in quadratic programming*, Quart. Appl. Math. 18, 1960).
 
+*The bracket.* Neither energy can be formed exactly, and G⁻¹ cannot be applied so; where G is nearly singular, rounding
+alone would make the lower bound exceed the upper one. Let ω be admissible and R = Gω + q, known as r̃ with |R - r̃| ≤ e:
+then E(ω) = ½ωᵀ(R + q), which is within ½|ω|ᵀe of ½ωᵀ(r̃ + q), and that is summed with all rounding bounded. Let R be
+admissible, F = R - q, and x any vector, such as an approximate solution of Gx = F that leaves ρ = F - Gx. Since
+G⁻¹F = x + G⁻¹ρ,
+
+.. math:: ½FᵀG⁻¹F = ½Fᵀx + ½(Gx + ρ)ᵀG⁻¹ρ = ½xᵀ(F + ρ) + ½ρᵀG⁻¹ρ,
+
+of which only the last term needs G⁻¹, and it is of second order in ρ. It is bounded by what is proven of G. With a
+barrier v > 0 of the comparison matrix, 0 < s ≤ ⟨G⟩v, and τ = max |ρ_i|/s_i: |G⁻¹ρ| ≤ ⟨G⟩⁻¹|ρ| ≤ τ⟨G⟩⁻¹s ≤ τv (Ostrowski
+1937; for an M-matrix ⟨G⟩ = G), so that ρᵀG⁻¹ρ ≤ τ|ρ|ᵀv. Where positive entries E count as zero, s bounds (G - E)v from
+below; ⟨G⟩ = G - 2E, so that ⟨G⟩v ≥ s - Ev ≥ (1 - ε)s with ε = max (Ev)_i/s_i. With a lower bound λ of the smallest
+eigenvalue of DGD: ρᵀG⁻¹ρ = (Dρ)ᵀ(DGD)⁻¹(Dρ) ≤ ‖Dρ‖²/λ. Where nothing is proven, the lower bound is -∞. Two x are tried:
+the linear solve's, and ω itself, whose ρ is what was cut off its reaction; the larger of the two lower bounds is
+returned.
+
 *Least element.* For a Z-matrix and without upper bounds, of all gaps with ω ≥ l and Gω + q ≥ 0 the solution is the
 least, node by node, and minimises cᵀω for every c > 0 (Mangasarian, *Linear complementarity problems solvable by a
 single linear program*, Math. Program. 10, 1976). In deflections: of all w ≤ f that are subsolutions, Gw ≤ P + b, it is
@@ -22,17 +38,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..foundation.brackets import Bracket
+from ..algebra.stiffness import growth_bound
+from ..foundation.brackets import Bracket, sum_above, sum_below
 from ..foundation.checks import Mask, Vector, vector
+from ..foundation.rounding import UNIT_ROUNDOFF
 from ..methods.factors import factorised
 from ..methods.linear import solver
 from ..models.base import ContactModel, split
 from ..problem.contact_qp import ContactQP
+from .certify import SHARP_SIZE
 
 _PRECISE = 1e-13
 
-_UNDERFLOWS = 8
-"""Operations on each unknown that may underflow when an energy is formed."""
+_GROW = 1 + 8 * UNIT_ROUNDOFF
+
+_TINY = 8 * float(np.finfo(np.float64).smallest_subnormal)
+"""What underflow may take from some products and quotients."""
 
 
 def potential_energy(problem: ContactQP | ContactModel, gap: ArrayLike) -> float:
@@ -90,11 +111,13 @@ def complementary_energy(problem: ContactQP | ContactModel, reaction: ArrayLike)
 
 
 def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket:
-    """Return -E_c(R) and E(ω) of the admissible states next to an answer: E(ω*) lies between them, up to rounding.
+    """Return -E_c(R) and E(ω) of the admissible states next to an answer, rounded outwards: E(ω*) lies between them.
 
-    The gap is projected between its bounds; its reaction is cut to R ≥ 0 where there is no upper bound, to R ≤ 0 where
-    there is no lower one, and to 0 where there is neither. The difference of the two is the duality gap; it vanishes at
-    the solution only.
+    It is proven for the stored doubles, all rounding included (see `contactqp.proof.energy`): for a nearly singular
+    matrix the bracket is wider than the two energies would have it, and where nothing is known of the matrix its lower
+    end is -inf. The gap is projected between its bounds; its reaction is cut to R ≥ 0 where there is no upper bound, to
+    R ≤ 0 where there is no lower one, and to 0 where there is neither. But for rounding, the difference of the two is
+    the duality gap, which vanishes at the solution only.
 
     Parameters
     ----------
@@ -117,13 +140,101 @@ def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket
     omega = vector(gap, algebra.size, "gap")
     admissible = algebra.project(omega)
     reaction = algebra.bounds.admissible_reaction(algebra.reaction(admissible))
-    low, high = -complementary_energy(algebra, reaction), potential_energy(algebra, admissible)
-    # Of products below the smallest number nothing is left; where a state is zero, nothing is lost either.
-    lost = _UNDERFLOWS * algebra.size * float(np.finfo(np.float64).smallest_subnormal)
-    return Bracket(
-        low - lost if (reaction != algebra.q).any() else low,
-        high + lost if admissible.any() else high,
-    )
+    with np.errstate(over="ignore", invalid="ignore"):
+        high = _energy_above(algebra, admissible)
+        low = _energy_below(algebra, reaction, admissible)
+        if low < high:
+            solved = _tried(algebra, reaction - algebra.q)
+            low = low if solved is None else max(low, _energy_below(algebra, reaction, solved))
+    return Bracket(low, high)
+
+
+def _energy_above(problem: ContactQP, gap: Vector) -> float:
+    """Return an upper bound of E(ω) of a gap."""
+    reaction, error = _product(problem, gap)
+    force = reaction + problem.q
+    error = error + UNIT_ROUNDOFF * np.abs(force) * _GROW
+    return _half(_inner_between(gap, force, error).upper, np.inf)
+
+
+def _energy_below(problem: ContactQP, reaction: Vector, x: Vector) -> float:
+    """Return a lower bound of -E_c(R) of a reaction, by an approximate solution of Gx = R - q."""
+    product, error = _product(problem, x)
+    left, force = reaction - product, reaction - problem.q
+    error = error + UNIT_ROUNDOFF * np.abs(left) * _GROW
+    if not x.any() and not force.any():
+        left, error = np.zeros_like(left), np.zeros_like(left)  # Gx = R - q exactly
+    work = force + left
+    slack = (error + UNIT_ROUNDOFF * (np.abs(force) + np.abs(work))) * _GROW
+    known = _half(_inner_between(x, work, slack).upper, np.inf)
+    rest = _half(_most_of_inverse(problem, (np.abs(left) + error) * _GROW), np.inf)
+    nearest = np.where(reaction > 0, _finite(problem.lower), _finite(problem.upper))
+    at_bounds = _inner_between(reaction, nearest, np.zeros_like(nearest)).lower
+    parts = [at_bounds, -known, -rest]
+    if np.isnan(parts).any() or np.isinf(parts).any():
+        return -np.inf
+    return sum_below(parts) if any(parts) else 0.0
+
+
+def _most_of_inverse(problem: ContactQP, most: Vector) -> float:
+    """Return an upper bound of ρᵀG⁻¹ρ for all ρ with |ρ_i| at most as large as given; infinite where none is known."""
+    if not most.any():
+        return 0.0
+    barrier = problem.comparison_barrier
+    if barrier is not None:
+        share = _surplus_part(problem, barrier.v, barrier.s)
+        multiple = float((most / barrier.s).max()) * _GROW / (1 - share) * _GROW if share < 1 else np.inf
+        above = _inner_between(most, np.asarray(barrier.v), np.zeros_like(most)).upper
+        return multiple * above * _GROW + _TINY
+    found = problem.least_eigenvalue
+    if found is None:
+        return np.inf
+    least, units = found
+    balanced = most * units * _GROW
+    return _inner_between(balanced, balanced, np.zeros_like(most)).upper / least * _GROW + _TINY
+
+
+def _surplus_part(problem: ContactQP, v: Vector, s: Vector) -> float:
+    """Return ε, rounded upwards: what the positive entries that count as zero take from a barrier."""
+    surplus = problem.stiffness.surplus
+    if surplus is None or problem.barrier is None:
+        return 0.0  # otherwise it is the barrier of the comparison matrix, in which they have their place
+    return float(((surplus @ v) / s).max()) * (1 + 2 * growth_bound(problem.stiffness)) * _GROW
+
+
+def _product(problem: ContactQP, vector: Vector) -> tuple[Vector, Vector]:
+    """Return Gx + q, and a bound of its error: in about twice the precision where that is affordable and possible."""
+    if problem.size <= SHARP_SIZE:
+        value, error = problem.stiffness.accurate_product(vector, np.zeros_like(vector), problem.q)
+        if np.isfinite(value).all() and np.isfinite(error).all():
+            return value, error
+    return problem.stiffness.enclosed_product(vector, problem.q)
+
+
+def _inner_between(x: Vector, y: Vector, error: Vector) -> Bracket:
+    """Return a bracket of Σ x_i y_i, where each y_i is known to within an error; exact zero where nothing is added."""
+    product = x * y
+    slack = (np.abs(x) * error + UNIT_ROUNDOFF * np.abs(product)) * _GROW
+    slack[(x != 0) & ((y != 0) | (error != 0))] += _TINY
+    if not (np.isfinite(product).all() and np.isfinite(slack).all()):
+        return Bracket(-np.inf, np.inf)
+    if not slack.any():
+        return Bracket(0.0, 0.0)
+    return Bracket(sum_below(np.concatenate([product, -slack])), sum_above(np.concatenate([product, slack])))
+
+
+def _half(value: float, towards: float) -> float:
+    """Return half of a number, rounded towards another where it is subnormal."""
+    return float(np.nextafter(0.5 * value, towards)) if value else 0.0
+
+
+def _tried(problem: ContactQP, force: Vector) -> Vector | None:
+    """Return G⁻¹ force to rounding, None where the matrix is singular in double precision."""
+    try:
+        found = _solved(problem, force)
+    except ValueError:
+        return None
+    return found if np.isfinite(found).all() else None
 
 
 def feasible(problem: ContactQP | ContactModel, gap: ArrayLike, slack: float = 0.0) -> Mask:
