@@ -189,9 +189,8 @@ def _most_of_inverse(problem: ContactQP, most: Vector) -> float:
     found = problem.least_eigenvalue
     if found is None:
         return np.inf
-    least, units = found
-    balanced = most * units * _GROW
-    return _inner_between(balanced, balanced, np.zeros_like(most)).upper / least * _GROW + _TINY
+    balanced = most * found.units * _GROW
+    return _inner_between(balanced, balanced, np.zeros_like(most)).upper / found.bound * _GROW + _TINY
 
 
 def _surplus_part(problem: ContactQP, v: Vector, s: Vector) -> float:
