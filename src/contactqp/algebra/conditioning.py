@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..foundation.checks import Vector
 from ..foundation.loading import load_modules
-from .definiteness import ritz_value
+from .balanced import balanced
+from .definiteness import FEW, ritz_value
+from .power import largest_growth
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-_FEW = 4000
-"""Up to this many unknowns a factorisation is affordable, whatever its fill."""
 
 _STEPS = 12
 """Steps of inverse iteration; a matrix that is nearly singular takes two."""
@@ -41,36 +38,22 @@ def estimated_condition(matrix: csr_array) -> float:
     >>> round(estimated_condition(csr_array([[4.0, 1.0], [1.0, 1.0]])), 6)
     3.0
     """
-    load_modules("scipy.sparse", "scipy.sparse.linalg")
-    from scipy import sparse
+    load_modules("scipy.sparse.linalg")
     from scipy.sparse import linalg
 
-    scaling = sparse.diags_array(1 / np.sqrt(matrix.diagonal()))
-    unit = (scaling @ matrix @ scaling).tocsc()
+    unit = balanced(matrix, 1 / np.sqrt(matrix.diagonal())).tocsc()
     size = unit.shape[0]
     start = np.random.default_rng(0).uniform(-1, 1, size)
-    largest = _grown(lambda vector: np.asarray(unit @ vector), start)
-    if size > _FEW:
+    largest = largest_growth(lambda vector: np.asarray(unit @ vector), start, _STEPS)
+    if size > FEW:
         smallest = ritz_value(matrix)
         return largest / smallest if smallest > 0 else math.inf
     try:
         factors = linalg.splu(unit)
     except RuntimeError:  # exactly singular
         return math.inf
-    inverse = _grown(lambda vector: np.asarray(factors.solve(vector)), start)
+    inverse = largest_growth(lambda vector: np.asarray(factors.solve(vector)), start, _STEPS)
     return largest * inverse if math.isfinite(inverse) else math.inf
-
-
-def _grown(apply: Callable[[Vector], Vector], vector: Vector) -> float:
-    """Return an estimate of a symmetric matrix's largest eigenvalue in modulus, by the power method."""
-    norm = 0.0
-    for _ in range(_STEPS):
-        vector = vector / math.sqrt(float((vector * vector).sum()))
-        vector = apply(vector)
-        norm = math.sqrt(float((vector * vector).sum()))
-        if not (0 < norm < math.inf):
-            break
-    return norm
 
 
 def digits_kept(condition: float) -> int:

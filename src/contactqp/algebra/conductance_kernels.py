@@ -2,9 +2,29 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
 _UNIT = 2.0**-53
+
+
+@njit
+def _paths(indptr, indices, left, i, j, from_i, from_j):  # type: ignore[no-untyped-def]
+    """Write where the conductances stand of the paths from i to j over one other node; return how many there are."""
+    count = 0
+    first, second = indptr[i], indptr[j]
+    while first < indptr[i + 1] and second < indptr[j + 1]:
+        if indices[first] < indices[second]:
+            first += 1
+        elif indices[first] > indices[second]:
+            second += 1
+        else:
+            if left[first] > 0 and left[second] > 0:
+                from_i[count], from_j[count] = first, second
+                count += 1
+            first += 1
+            second += 1
+    return count
 
 
 @njit(
@@ -14,46 +34,23 @@ _UNIT = 2.0**-53
 )
 def pay(indptr, indices, rows, left, mirrored, owed, most, least):  # type: ignore[no-untyped-def]
     """Do what `contactqp.algebra.conductances.pay_in_python` does."""
-    for count in range(owed.size):
-        place = owed[count]
-        i, j = rows[place], indices[place]
-        capacity, terms = 0.0, 0
-        first, second = indptr[i], indptr[j]
-        while first < indptr[i + 1] and second < indptr[j + 1]:
-            if indices[first] < indices[second]:
-                first += 1
-            elif indices[first] > indices[second]:
-                second += 1
-            else:
-                a, b = left[first], left[second]
-                if a > 0 and b > 0:
-                    capacity += min(a, b) * (max(a, b) / (a + b))
-                    terms += 1
-                first += 1
-                second += 1
-        capacity *= 1 - 2 * (terms + 8) * _UNIT
+    longest = 0
+    for i in range(indptr.size - 1):
+        longest = max(longest, indptr[i + 1] - indptr[i])
+    from_i, from_j = np.empty(longest, dtype=np.int64), np.empty(longest, dtype=np.int64)
+    for place in owed:
+        paths = _paths(indptr, indices, left, rows[place], indices[place], from_i, from_j)
+        capacity = 0.0
+        for path in range(paths):
+            a, b = left[from_i[path]], left[from_j[path]]
+            capacity += min(a, b) * (max(a, b) / (a + b))
+        capacity *= 1 - 2 * (paths + 8) * _UNIT
         if not -left[place] < most * capacity:
             return False
         part = (1 - (-left[place] / capacity) * (1 + 4 * _UNIT)) * (1 - 8 * _UNIT)
-        first, second = indptr[i], indptr[j]
-        while first < indptr[i + 1] and second < indptr[j + 1]:
-            if indices[first] < indices[second]:
-                first += 1
-            elif indices[first] > indices[second]:
-                second += 1
-            else:
-                a, b = left[first], left[second]
-                if a > 0 and b > 0:
-                    a *= part
-                    b *= part
-                    a = 0.0 if a < least else a
-                    b = 0.0 if b < least else b
-                    left[first] = a
-                    left[mirrored[first]] = a
-                    left[second] = b
-                    left[mirrored[second]] = b
-                first += 1
-                second += 1
-        left[place] = 0.0
-        left[mirrored[place]] = 0.0
+        for path in range(paths):
+            for entry in (from_i[path], from_j[path]):
+                rest = left[entry] * part
+                left[entry] = left[mirrored[entry]] = 0.0 if rest < least else rest
+        left[place] = left[mirrored[place]] = 0.0
     return True

@@ -79,15 +79,15 @@ def m_matrix_below(matrix: csr_array) -> csr_array | None:
     left = np.where(given < _LEAST_CONDUCTANCE, np.minimum(given, 0.0), given)
     owed = np.flatnonzero((left < 0) & (rows < indices))
     if owed.size:
-        mirrored = _mirrored(rows, indices, size)
+        # Where the entry (j, i) stands for each entry (i, j): the pattern is symmetric, and in ascending order.
+        mirrored = np.lexsort((rows, indices))
         pay: Any = pay_in_python
         if owed.size > _WORTH_COMPILING:
             load_modules("contactqp.algebra.conductance_kernels", kernels="smallest eigenvalue")
             from .conductance_kernels import pay
         for first in range(0, owed.size, _CHUNK):
-            if not pay(
-                indptr, indices, rows, left, mirrored, owed[first : first + _CHUNK], _MOST_PAID, _LEAST_CONDUCTANCE
-            ):
+            some = owed[first : first + _CHUNK]
+            if not pay(indptr, indices, rows, left, mirrored, some, _MOST_PAID, _LEAST_CONDUCTANCE):
                 return None
     lost = given - left
     diagonal = matrix.diagonal()
@@ -101,11 +101,6 @@ def m_matrix_below(matrix: csr_array) -> csr_array | None:
     below = sparse.csr_array((kept, indices, indptr), shape=matrix.shape)
     below.eliminate_zeros()
     return below
-
-
-def _mirrored(rows: NDArray[np.int64], columns: NDArray[np.int64], size: int) -> NDArray[np.int64]:
-    """Return where the entry (j, i) stands for each entry (i, j); the pattern is symmetric, and in ascending order."""
-    return np.lexsort((rows, columns))
 
 
 def pay_in_python(

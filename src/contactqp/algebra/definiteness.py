@@ -9,12 +9,13 @@ import numpy as np
 from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
 from ..foundation.text import counted
+from .balanced import balanced
 from .band import Band
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-_FEW = 4000
+FEW = 4000
 """Up to this many unknowns a factorisation is affordable, whatever its fill."""
 
 _LANCZOS_STEPS = 60
@@ -91,13 +92,9 @@ def refuse_indefinite(matrix: csr_array) -> None:
 
 def _objection(matrix: csr_array, balance: Vector) -> str:
     """Return what tells against the matrix; nothing if nothing does."""
-    load_modules("scipy.sparse")
-    from scipy import sparse
-
-    if matrix.shape[0] <= _FEW:
+    if matrix.shape[0] <= FEW:
         return _told_pivots(_pivots(matrix, balance), 4 * np.finfo(float).eps * matrix.shape[0])
-    scaling = sparse.diags_array(balance)
-    unit = (scaling @ matrix @ scaling).tocsr()
+    unit = balanced(matrix, balance).tocsr()
     band, rounding = Band(unit), 4 * np.finfo(float).eps * matrix.shape[0]
     if band.affordable:
         factors = band.factors()
@@ -165,12 +162,10 @@ def _told_pivots(pivots: Vector | None, rounding: float) -> str:
 
 def _pivots(matrix: csr_array, balance: Vector) -> Vector | None:
     """Return the pivots of a symmetric factorisation with a diagonal of ones; None where rows must be exchanged."""
-    load_modules("scipy.sparse", "scipy.sparse.linalg")
-    from scipy import sparse
+    load_modules("scipy.sparse.linalg")
     from scipy.sparse import linalg
 
-    scaling = sparse.diags_array(balance)
-    unit = (scaling @ matrix @ scaling).tocsc()
+    unit = balanced(matrix, balance).tocsc()
     try:
         factors = linalg.splu(unit, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:  # exactly singular

@@ -21,6 +21,7 @@ _NARROW = 3.0
 """A band of this many times the root of the size is factorised faster than the sparse matrix, up to some thousands."""
 
 _MOST_WORK = 4e9
+"""Size times the square of the width of a band that is factorised in a second or so."""
 
 _FEW_NEIGHBOURS = 8
 """Width of a band that is factorised in less time than a few multigrid cycles take."""

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..algebra.balanced import balanced
 from ..algebra.band import Band
 from ..algebra.stiffness import LatticeStiffness, growth_bound
 from ..foundation.checks import Mask, Vector
-from ..foundation.loading import load_modules
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..geometry.numbering import Layout
 from ..methods.factors import DIRECT_SIZE, factorised
@@ -228,9 +228,6 @@ def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
 
 def _solved(stiffness: Stiffness) -> Barrier | None:
     """Return a barrier from a linear solve, and None where the matrix turns out not to be positive definite."""
-    load_modules("scipy.sparse")
-    from scipy import sparse
-
     ones = np.ones(stiffness.size)
     if stiffness.lattice is not None and stiffness.size > DIRECT_SIZE:
         found = solver(stiffness, 1e-3)
@@ -238,8 +235,7 @@ def _solved(stiffness: Stiffness) -> Barrier | None:
         if barrier is not None:
             return barrier
     balance = 1 / np.sqrt(stiffness.diagonal())
-    scaling = sparse.diags_array(balance)
-    matrix = (scaling @ stiffness.tocsr() @ scaling).tocsr()
+    matrix = balanced(stiffness.tocsr(), balance).tocsr()
     if stiffness.size <= DIRECT_SIZE or stiffness.without_fill:
         solve = factorised(matrix, pivoting=True)
     else:

@@ -226,16 +226,6 @@ class ContactQP(Posed):
             np.copyto(grid, frame, where=~np.pad(layout.mask, 1))
         return grid
 
-    @property
-    def condition(self) -> float:
-        """An estimate of the condition number of G with its diagonal scaled to ones; no bound, and no proof."""
-        return self.facts.condition
-
-    @property
-    def told_condition(self) -> str:
-        """The condition number in words."""
-        return self.facts.told_condition
-
     def prepare(self) -> None:
         """Find the facts about the matrix that judging needs, so that they cost no time later."""
         _ = self.gap_scale, self.is_m_matrix

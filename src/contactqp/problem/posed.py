@@ -154,6 +154,16 @@ class Posed:
         return self.facts.estimated_least_eigenvalue
 
     @property
+    def condition(self) -> float:
+        """An estimate of the condition number of G with its diagonal scaled to ones; no bound, and no proof."""
+        return self.facts.condition
+
+    @property
+    def told_condition(self) -> str:
+        """The condition number in words."""
+        return self.facts.told_condition
+
+    @property
     def _forces_at_origin(self) -> Vector:
         """Reaction at the admissible gap nearest to zero (force), shape of q."""
         origin = self.bounds.nearest_zero

@@ -59,14 +59,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..algebra.stiffness import growth_bound
+from ..algebra.stiffness import Stiffness, growth_bound
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import DIFFERENCES, UNDERFLOW, UNIT_ROUNDOFF, gamma
 from ..problem.bounds import Bounds
 from ..problem.posed import Posed
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 _GROW = 1 + 16 * UNIT_ROUNDOFF
 
@@ -244,8 +248,13 @@ def _surplus_share(problem: Posed, v: Vector, s: Vector) -> float:
         return 0.0
     if not (v > 0).all():
         return np.inf
-    part = float(((surplus @ v) / s).max()) * (1 + 2 * growth_bound(problem.stiffness)) * _GROW
+    part = surplus_part(problem.stiffness, surplus, v, s) * _GROW
     return part / (1 - part) * _GROW if part < 0.5 else np.inf
+
+
+def surplus_part(stiffness: Stiffness, surplus: csr_array, v: Vector, s: Vector) -> float:
+    """Return ε = max (Ev)_i/s_i, but for some roundings, with E the entries that count as zero."""
+    return float(((surplus @ v) / s).max()) * (1 + 2 * growth_bound(stiffness))
 
 
 def _surplus_error(problem: Posed, base: Base, known: Enclosure) -> Vector | float:

@@ -38,7 +38,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..algebra.stiffness import growth_bound
 from ..foundation.brackets import Bracket, sum_above, sum_below
 from ..foundation.checks import Mask, Vector, vector
 from ..foundation.rounding import UNIT_ROUNDOFF
@@ -47,6 +46,7 @@ from ..methods.linear import solver
 from ..models.base import ContactModel, split
 from ..problem.contact_qp import ContactQP
 from .certify import SHARP_SIZE
+from .enclosure import surplus_part
 
 _PRECISE = 1e-13
 
@@ -198,7 +198,7 @@ def _surplus_part(problem: ContactQP, v: Vector, s: Vector) -> float:
     surplus = problem.stiffness.surplus
     if surplus is None or problem.barrier is None:
         return 0.0  # otherwise it is the barrier of the comparison matrix, in which they have their place
-    return float(((surplus @ v) / s).max()) * (1 + 2 * growth_bound(problem.stiffness)) * _GROW
+    return surplus_part(problem.stiffness, surplus, v, s) * _GROW
 
 
 def _product(problem: ContactQP, vector: Vector) -> tuple[Vector, Vector]:

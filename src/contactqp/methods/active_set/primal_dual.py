@@ -2,13 +2,12 @@
 
 Hintermüller, Ito and Kunisch, *The primal-dual active set strategy as a semismooth Newton method*, SIAM J. Optim. 13
 (2002): hold the contact nodes at their bounds, solve for the others, exchange those of the wrong sign. From a
-cold start the contact set moves by a node or so a step, so that the steps grow with the mesh; hence additions.
-Large problems start from coarser ones (nested iteration over an algebraic hierarchy). Nodes are exchanged by
-projected relaxation, which moves them by the size of their violation; and where the set creeps all the same, by layers
-of them (`widening`). And the energy ½ωᵀGω + qᵀω falls in every
-step, by a line search where need be, so that no set can come back. Where the line search leaves next to nothing of the
-steps, the plain method takes over: for an M-matrix without upper bounds it comes to an end from any start, although its
-energy may rise.
+cold start the contact set moves by a node or so a step, so that the steps grow with the mesh; hence four additions.
+Large problems start from coarser ones (nested iteration over an algebraic hierarchy). Nodes are exchanged by projected
+relaxation, which moves them by the size of their violation. Where the set creeps all the same, layers of nodes are
+released together (`widening`). And the energy ½ωᵀGω + qᵀω falls in every step, by a line search where need be, so that
+no set can come back. Where the line search leaves next to nothing of the steps, the plain method takes over, for a
+Z-matrix: without upper bounds it comes to an end from any start, although its energy may rise.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...algebra.power import largest_growth
 from ...algebra.sparse import SparseStiffness
 from ...foundation.checks import Mask, Vector
 from ...foundation.loading import load_modules
@@ -92,7 +92,7 @@ class ActiveSet:
     candidate : array, shape (n,), or None
         See `Amg`.
     monotone : bool
-        Whether the matrix is an M-matrix, for which the plain method may take over.
+        Whether it is a Z-matrix, hence an M-matrix, for which the plain method may take over.
 
     Attributes
     ----------
@@ -266,10 +266,8 @@ class ActiveSet:
         rows = np.repeat(np.arange(root.size), np.diff(self.matrix.indptr))
         moduli = np.abs(self.matrix.data) * root[rows] * root[self.matrix.indices]
         most = float(np.bincount(rows, weights=moduli).max())
-        x, estimate = np.cos(np.arange(root.size) ** 2.0), 1.0
-        for _ in range(_POWER_STEPS):
-            x = root * self._parts.product(root * (x / np.sqrt((x * x).sum())))
-            estimate = float(np.sqrt((x * x).sum()))
+        start = np.cos(np.arange(root.size) ** 2.0)
+        estimate = largest_growth(lambda x: root * self._parts.product(root * x), start, _POWER_STEPS)
         return 2 * _JACOBI_DAMPING / max(2.0, min(most, 1.3 * estimate))
 
     def _solve_direct(self, reaction: Vector, refined: bool) -> Vector:

@@ -39,8 +39,7 @@ class Widening:
 
     def __init__(self, matrix: csr_array) -> None:
         self._indptr, self._indices = matrix.indptr, matrix.indices
-        self.layers = self._creeps = 0
-        self._exchanged = 0.0
+        self.restart()
         self._added: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
 
     def restart(self) -> None:

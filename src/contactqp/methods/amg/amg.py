@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...algebra.power import largest_growth
 from ...foundation.checks import Mask, Vector
 from ...foundation.loading import load_modules
 from ..factors import DIRECT_SIZE, Solve, factorised
@@ -198,13 +199,8 @@ def _prolongation(level: Level, candidate: Vector) -> tuple[csr_array, Vector] |
 
 def _spectral_radius(matrix: csr_array) -> float:
     """Return the spectral radius of D⁻¹A, from some steps of the power method, which come close enough from below."""
-    x = np.cos(np.arange(matrix.shape[0]) ** 2.0)
-    norm = 1.0
-    for _ in range(_POWER_STEPS):
-        x /= np.sqrt((x * x).sum())
-        x = matrix @ x
-        norm = float(np.sqrt((x * x).sum()))
-    return 1.1 * norm
+    start = np.cos(np.arange(matrix.shape[0]) ** 2.0)
+    return 1.1 * largest_growth(lambda x: np.asarray(matrix @ x), start, _POWER_STEPS)
 
 
 def _coarsest(level: Level) -> Solve:
