@@ -29,7 +29,7 @@ COMMANDS = {
     "solve": ["solve", "examples/dome.toml", "--backend", "clarabel", "--out", "{0}/a.nc", "--plot", "{0}/a.png"],
     "paper": ["paper", "--out", "{0}/paper"],
 }
-STARTED = "from contactqp.cli.commands import main; print('ready', flush=True); main()"
+STARTED = "import contactqp.cli.commands; from contactqp_command import main; print('ready', flush=True); main()"
 BEGUN = "print('ready', flush=True); from contactqp_command import main; main()"
 posix = pytest.mark.skipif(os.name != "posix", reason="sends a signal of POSIX")
 

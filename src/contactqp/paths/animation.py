@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..foundation.checks import Vector
 from ..foundation.files import replaced_as_a_whole, require_folder, require_suffix
 from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted
@@ -19,7 +20,8 @@ from ..models.cable import Cable
 from ..models.on_lattice import LatticeModel
 from ..plotting.answers import with_units
 from ..plotting.on_lattice import section_row
-from ..plotting.section import draw_shape
+from ..plotting.on_line import cut_along, line_of
+from ..plotting.section import cut_of_row, draw_shape
 from ..plotting.style import map_height, new_figure
 from ..plotting.views import draw_into
 
@@ -102,7 +104,7 @@ def _write(film: FuncAnimation, file: Path, writer: Any, seconds: float) -> None
 
 @singledispatch
 def _figure(model: ContactModel) -> Figure:
-    figure = new_figure(7, map_height(model.extent) + 1.4)
+    figure = new_figure(7, map_height(model.extent) + 1.4) if line_of(model) is None else new_figure(9, 4)
     figure.subplots()
     return figure
 
@@ -124,12 +126,19 @@ def _one_panel(cable: Cable) -> Figure:
 @singledispatch
 def _scale(model: ContactModel, figure: Figure, solutions: Sequence[Solution]) -> None:
     """Give a section's axis the same ends in all pictures; a map in plan has them already."""
+    line = line_of(model)
+    if line is not None:
+        _scale_heights(model, figure, solutions, cut_along(model, line, solutions[0].gap).frame_heights)
 
 
 @_scale.register(LatticeModel)
 def _scale_section(model: LatticeModel, figure: Figure, solutions: Sequence[Solution]) -> None:
-    down = -1.0 if model.upwards else 1.0
     frame = model.padded_deflection(solutions[0].gap)[model.stencil.frame_points()]
+    _scale_heights(model, figure, solutions, frame)
+
+
+def _scale_heights(model: ContactModel, figure: Figure, solutions: Sequence[Solution], frame: Vector) -> None:
+    down = -1.0 if model.upwards else 1.0
     shown = down * np.concatenate([frame, *(solution.deflection for solution in solutions)])
     support = down * model.support[model.supported]
     # A support that lies deep would flatten the sections.
@@ -151,7 +160,7 @@ def _draw(model: ContactModel, figure: Figure, solution: Solution, wanted: Wante
 def _draw_map_and_shape(model: LatticeModel, figure: Figure, solution: Solution, wanted: Wanted) -> None:
     draw_into(model, figure.axes[0], solution, replace(wanted, ax=figure.axes[0]))
     row = section_row(model, wanted.section)
-    draw_shape(figure.axes[1], model, solution, row, noun="membrane")
+    draw_shape(figure.axes[1], cut_of_row(model, solution.gap, row), model, solution)
     figure.axes[1].set(xlabel="x", title=f"Section at y = {model.lattice.y[row]:g}")
 
 

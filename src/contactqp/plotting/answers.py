@@ -10,6 +10,7 @@ from ..foundation.text import at_most
 from ..models.membrane import Membrane
 from ..models.records import subject_of
 from .geometry import figure_of
+from .on_line import ALONG_THE_LINE
 from .space import membrane_in_space
 from .style import head
 from .views import answer_figure, certificate_figure, draw_into
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
 def plot_solution(solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     """Draw a solution: for a membrane its contact map beside the middle section, for a cable the section alone.
 
-    A cable net is drawn in plan and in space, and a bare problem by its gaps and reactions, sorted. In axes of the
-    user's own there is the map, or a cable's shape, alone.
+    A cable net is drawn in plan and in space, any model whose nodes lie in a line as a cable is, and a bare problem by
+    its gaps and reactions, sorted. In axes of the user's own there is the map, or a cable's shape, alone.
     """
     subject = subject_of(solution)
     if wanted.ax is not None:
@@ -60,6 +61,7 @@ _QUANTITIES = {
     "y": "length",
     "height,\npositive downwards": "length",
     "height,\npositive upwards": "length",
+    ALONG_THE_LINE: "length",
     "gap ω": "length",
     "length": "length",
     "reaction R": "force",

@@ -15,7 +15,9 @@ from ..models.cable_net import CableNet
 from ..models.on_lattice import LatticeModel
 from .geometry import axes_for, figure_of, finish, mark_rows
 from .on_lattice import draw_frame_outline, section_row
+from .on_line import ALONG_X, Line, cut_along, line_of
 from .on_net import draw_net
+from .section import Cut, cut_of_row
 from .style import BLUE, CONTACT, GROUND, INK, head, map_height, new_figure, tidy, two_halves
 
 if TYPE_CHECKING:
@@ -28,6 +30,9 @@ _ARROWS = 25
 
 @drawn.register(ContactModel)
 def _in_plan(model: ContactModel, wanted: Wanted) -> Figure:
+    line = line_of(model)
+    if line is not None:
+        return _along(model, line, wanted)
     axes = axes_for(wanted, model.extent)
     _scatter_support(axes, model, wanted)
     finish(axes, wanted, _headline(model, wanted))
@@ -36,6 +41,9 @@ def _in_plan(model: ContactModel, wanted: Wanted) -> Figure:
 
 @drawn.register(CableNet)
 def _net(net: CableNet, wanted: Wanted) -> Figure:
+    line = line_of(net)
+    if line is not None:
+        return _along(net, line, wanted)
     axes = axes_for(wanted, net.extent)
     draw_net(axes, net)
     _scatter_support(axes, net, wanted)
@@ -57,7 +65,7 @@ def _map_and_section(model: LatticeModel, wanted: Wanted) -> Figure:
     row = section_row(model, wanted.section)
     section = right.subplots()
     axes.axhline(model.lattice.y[row], color=CONTACT, lw=1, ls="--")
-    draw_before(section, model, row, wanted)
+    draw_before(section, model, cut_of_row(model, model.reference, row), wanted)
     section.set_title(f"Section at y = {model.lattice.y[row]:g}", fontsize="medium")
     head(figure, _headline(model, wanted) if wanted.title is None else wanted.title)
     return figure
@@ -65,36 +73,32 @@ def _map_and_section(model: LatticeModel, wanted: Wanted) -> Figure:
 
 @drawn.register(Cable)
 def _cable(cable: Cable, wanted: Wanted) -> Figure:
+    return _along(cable, ALONG_X, wanted)
+
+
+def _along(model: ContactModel, line: Line, wanted: Wanted) -> Figure:
     axes = new_figure(9, 4).subplots() if wanted.ax is None else wanted.ax
-    draw_before(axes, cable, 0, wanted)
-    axes.set_title(_headline(cable, wanted) if wanted.title is None else wanted.title, fontsize="medium")
+    draw_before(axes, model, cut_along(model, line, model.reference), wanted, line.label)
+    axes.set_title(_headline(model, wanted) if wanted.title is None else wanted.title, fontsize="medium")
     return figure_of(axes)
 
 
-def draw_before(axes: Axes, model: LatticeModel, row: int, wanted: Wanted) -> None:
-    """Draw frame level, support and load along a row; down is down, whichever way the model's heights are positive."""
-    lattice, stencil = model.lattice, model.stencil
-    numbers = lattice.scatter(np.arange(lattice.size), fill=-1)[row].astype(int)
-    nodes = numbers >= 0
-    x, number = lattice.x[nodes], numbers[nodes]
-    heights = model.padded_deflection(model.reference)[row + 1]
-    ring = lattice.origin[0] + lattice.spacing * np.arange(-1, lattice.shape[1] + 1)
-    frame = stencil.frame_points()[row + 1]
-    support = np.full(lattice.shape[1], np.nan)
-    support[nodes] = np.where(model.supported[number], model.support[number], np.nan)
-    level = float(heights[frame].mean()) if frame.any() else 0.0
-    known = np.concatenate([support[np.isfinite(support)], heights[frame], [level]])
+def draw_before(axes: Axes, model: ContactModel, cut: Cut, wanted: Wanted, xlabel: str = "x") -> None:
+    """Draw frame level, support and load along a section; down is down, whichever way heights are positive."""
+    level = float(cut.frame_heights.mean()) if cut.frame_heights.size else 0.0
+    known = np.concatenate([cut.ground[np.isfinite(cut.ground)], cut.frame_heights, [level]])
     depth = float(np.ptp(known)) or 1.0
     down = -1.0 if model.upwards else 1.0
     highest, lowest = down * float((down * known).min()), down * float((down * known).max())
     bottom = lowest + down * 0.15 * depth
-    axes.fill_between(lattice.x, support, bottom, color=GROUND, alpha=0.55, lw=0, label="support f")
-    axes.plot(lattice.x, support, color=GROUND, lw=1.2)
-    axes.plot(ring[frame], heights[frame], "s", color=INK, ms=5, label="frame")
-    axes.hlines(level, ring[0], ring[-1], color=INK, lw=0.7, ls=":")
-    _draw_load(axes, x, model.load[number], highest - down * 0.08 * depth, down * 0.3 * depth)
+    axes.fill_between(cut.ground_x, cut.ground, bottom, color=GROUND, alpha=0.55, lw=0, label="support f")
+    axes.plot(cut.ground_x, cut.ground, color=GROUND, lw=1.2)
+    if cut.frame_x.size:
+        axes.plot(cut.frame_x, cut.frame_heights, "s", color=INK, ms=5, label="frame")
+    axes.hlines(level, np.nanmin(cut.x), np.nanmax(cut.x), color=INK, lw=0.7, ls=":")
+    _draw_load(axes, cut.node_x, model.load[cut.number], highest - down * 0.08 * depth, down * 0.3 * depth)
     axes.set_ylim(bottom, highest - down * 0.45 * depth)
-    axes.set(xlabel=wanted.label("x"), ylabel=wanted.label(f"height, {model.sense}"))
+    axes.set(xlabel=wanted.label(xlabel), ylabel=wanted.label(f"height, {model.sense}"))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, frameon=False, fontsize="small")
     tidy(axes)
 

@@ -11,7 +11,7 @@ from ..foundation.checks import Mask, Vector, finite_number
 from ..foundation.loading import load_modules
 from ..foundation.pictures import PLAIN, Wanted
 from ..models.on_lattice import LatticeModel
-from .section import draw_section, section_axes
+from .section import cut_of_row, draw_section, section_axes
 from .states import colours_by_number, draw_legend_of_states
 from .style import CLEAR, CONTACT, INK, map_height, new_figure, same_scales, tidy, two_halves
 from .views import answer_figure, draw_answer, draw_states, draw_values, settling_figure
@@ -31,7 +31,7 @@ def _map_and_section(model: LatticeModel, solution: Answered, wanted: Wanted = P
     left, right = two_halves(figure)
     draw_answer(model, left, solution)
     row, axes = section_row(model, wanted.section), section_axes(right)
-    draw_section(axes, model, solution, row, noun="membrane")
+    draw_section(axes, cut_of_row(model, solution.gap, row), model, solution)
     if wanted.section is not None:
         left.axes[0].axhline(model.lattice.y[row], color=INK, lw=0.8, ls="--")
     axes[0].set_title(f"Section at y = {model.lattice.y[row]:g}")

@@ -12,6 +12,7 @@ from ..foundation.loading import load_modules
 from ..foundation.pictures import PLAIN, Wanted
 from ..models.cable_net import CableNet
 from ..models.records import NodeState
+from .on_line import line_of
 from .states import STATE_COLOURS, draw_legend_of_states, seen
 from .style import BLUE, GROUND, INK, map_height, new_figure, same_scales, tidy, tidy_in_space, two_halves
 from .views import answer_figure, draw_answer, draw_states, draw_values, scatter_states, scatter_values
@@ -30,6 +31,10 @@ _SEGMENT_COLOURS = STATE_COLOURS | {NodeState.CLEAR: BLUE}
 
 @answer_figure.register(CableNet)
 def _plan_and_space(net: CableNet, solution: Answered, wanted: Wanted = PLAIN) -> Figure:
+    if line_of(net) is not None:
+        figure = new_figure(9, 6)
+        draw_answer(net, figure, solution)
+        return figure
     figure = new_figure(12.5, map_height(net.extent) + 1.0)
     left, right = two_halves(figure)
     draw_answer(net, left, solution)

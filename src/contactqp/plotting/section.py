@@ -1,8 +1,8 @@
-"""A section along a row of a lattice: shape, gap and reaction, in the manner of the paper's Figs. 6-8."""
+"""A section along a line of nodes: shape, gap and reaction, in the manner of the paper's Figs. 6-8."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,58 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
     from ..foundation.checks import Vector
+    from ..models.base import ContactModel
     from ..models.on_lattice import LatticeModel
     from ..models.records import Answered
+
+
+class Cut(NamedTuple):
+    """What a section shows of a model in one shape; heights are positive as the model's own.
+
+    Attributes
+    ----------
+    x, heights : array, shape (k,)
+        The curve of nodes and frame, nan where nothing joins them.
+    ground_x, ground : array, shape (m,)
+        The support, nan where there is none.
+    frame_x, frame_heights : array
+        The points of the frame.
+    node_x, number : array, shape (s,)
+        Places of the nodes along the section, ascending, and their numbers in the model.
+    noun : str
+        What bends, for the legend.
+    """
+
+    x: Vector
+    heights: Vector
+    ground_x: Vector
+    ground: Vector
+    frame_x: Vector
+    frame_heights: Vector
+    node_x: Vector
+    number: NDArray[np.int64]
+    noun: str
+
+
+def cut_of_row(model: LatticeModel, gap: Vector, row: int, noun: str = "membrane") -> Cut:
+    """Return the section along a row of a lattice's array, with the gap at the nodes."""
+    lattice = model.lattice
+    on_row = lattice.scatter(np.arange(lattice.size), fill=-1)[row].astype(int)
+    heights = model.padded_deflection(gap)[row + 1]
+    frame = model.stencil.frame_points()[row + 1]
+    joined = model.stencil.padded_mask()[row + 1] | frame
+    x: Vector = np.asarray(lattice.origin[0] + lattice.spacing * np.arange(-1, lattice.shape[1] + 1))
+    nodes = on_row >= 0
+    number = on_row[nodes]
+    ground = np.full(lattice.shape[1], np.nan)
+    ground[nodes] = ground_at(model, number)
+    curve = np.where(joined, heights, np.nan)
+    return Cut(x, curve, lattice.x, ground, x[frame], heights[frame], lattice.x[nodes], number, noun)
+
+
+def ground_at(model: ContactModel, number: NDArray[np.int64]) -> Vector:
+    """Return the heights of the support at some nodes, nan where there is none."""
+    return np.where(model.supported[number], model.support[number], np.nan)
 
 
 def section_axes(part: Figure | SubFigure) -> NDArray[Any]:
@@ -24,23 +74,24 @@ def section_axes(part: Figure | SubFigure) -> NDArray[Any]:
     return axes
 
 
-def draw_section(axes: NDArray[Any], model: LatticeModel, solution: Answered, row: int, *, noun: str) -> None:
-    """Draw deflection and support, gap, and reaction along a row of a lattice.
+def draw_section(axes: NDArray[Any], cut: Cut, model: ContactModel, solution: Answered, xlabel: str = "x") -> None:
+    """Draw deflection and support, gap, and reaction along a section.
 
     Parameters
     ----------
     axes : array of three Axes
         For the shape, the gap, and the reaction.
-    model : LatticeModel
+    cut : Cut
+        The solution's shape.
+    model : ContactModel
         The solution's.
     solution : Solution
-    row : int
-        Row of the lattice's array.
-    noun : str
-        What bends, for the legend.
+    xlabel : str
+        What the section runs along.
     """
     shape_axes, gap_axes, force_axes = axes
-    node_x, number = draw_shape(shape_axes, model, solution, row, noun=noun)
+    draw_shape(shape_axes, cut, model, solution)
+    node_x, number = cut.node_x, cut.number
     upper = solution.contact_upper[number]
     clearance = np.where(model.supported[number], solution.gap[number], np.nan)
     gap_axes.plot(node_x, clearance, ".-", color=INK, lw=1, ms=3)
@@ -50,46 +101,34 @@ def draw_section(axes: NDArray[Any], model: LatticeModel, solution: Answered, ro
     for chosen, colour in ((~upper, CONTACT), (upper, CONTACT_UPPER)):
         force_axes.vlines(node_x[chosen], 0, reaction[chosen], color=colour, lw=width)
     force_axes.axhline(0, color=INK, lw=0.6)
-    force_axes.set(xlabel="x", ylabel="reaction R")
+    force_axes.set(xlabel=xlabel, ylabel="reaction R")
     for each in axes:
         tidy(each)
 
 
-def draw_shape(
-    axes: Axes, model: LatticeModel, solution: Answered, row: int, *, noun: str
-) -> tuple[Vector, NDArray[np.int64]]:
-    """Draw deflection and support along a row of a lattice, and return abscissae and numbers of its nodes.
+def draw_shape(axes: Axes, cut: Cut, model: ContactModel, solution: Answered) -> None:
+    """Draw deflection and support along a section.
 
     Parameters
     ----------
     axes : Axes
-    model, solution, row, noun
+    cut, model, solution
         See `draw_section`.
     """
-    lattice = model.lattice
-    on_row = lattice.scatter(np.arange(lattice.size), fill=-1)[row].astype(int)
-    heights = model.padded_deflection(solution.gap)[row + 1]
-    joined = (model.stencil.padded_mask() | model.stencil.frame_points())[row + 1]
-    x = lattice.origin[0] + lattice.spacing * np.arange(-1, lattice.shape[1] + 1)
-    deflection = np.where(joined, heights, np.nan)
-    nodes = on_row >= 0
-    node_x, number = lattice.x[nodes], on_row[nodes]
-    support = np.full(lattice.shape[1], np.nan)
-    support[nodes] = np.where(model.supported[number], model.support[number], np.nan)
-
-    drawn = np.concatenate([deflection[np.isfinite(deflection)], support[np.isfinite(support)]])
+    drawn = np.concatenate([cut.heights[np.isfinite(cut.heights)], cut.ground[np.isfinite(cut.ground)]])
     low, high = float(drawn.min()), float(drawn.max())
     margin = 0.12 * (high - low or 1.0)
     top, bottom = (high + margin, low - margin) if model.upwards else (low - margin, high + margin)
-    axes.fill_between(lattice.x, support, bottom, color=GROUND, alpha=0.55, lw=0, label="support f")
-    axes.plot(x, deflection, color=BLUE, lw=1.8, label=f"{noun} w")
-    at_nodes, upper = deflection[1:-1][nodes], solution.contact_upper[number]
-    lower = solution.contact_lower[number]
-    axes.plot(node_x[lower], at_nodes[lower], ".", color=CONTACT, ms=4, label="in contact")
+    # Deeper than is seen, for films, whose pictures get one scale afterwards.
+    foot = bottom + 100 * (bottom - top)
+    axes.fill_between(cut.ground_x, cut.ground, foot, color=GROUND, alpha=0.55, lw=0, label="support f")
+    axes.plot(cut.x, cut.heights, color=BLUE, lw=1.8, label=f"{cut.noun} w")
+    at_nodes, upper = solution.deflection[cut.number], solution.contact_upper[cut.number]
+    lower = solution.contact_lower[cut.number]
+    axes.plot(cut.node_x[lower], at_nodes[lower], ".", color=CONTACT, ms=4, label="in contact")
     if upper.any():
-        axes.plot(node_x[upper], at_nodes[upper], ".", color=CONTACT_UPPER, ms=4, label="at the upper bound")
+        axes.plot(cut.node_x[upper], at_nodes[upper], ".", color=CONTACT_UPPER, ms=4, label="at the upper bound")
     axes.set_ylim(bottom, top)
     axes.legend(loc="best", frameon=False, fontsize="small")
     axes.set(ylabel=f"height,\n{model.sense}", title="Section")
     tidy(axes)
-    return node_x, number

@@ -1,8 +1,9 @@
 """Views: pictures of models and their answers, each a function that goes by the class of its first argument.
 
-What stands here serves any model, by the places of its nodes, and a bare problem, which knows no places. A kind of
-model that is drawn otherwise registers its own functions in a file of its own (see `on_lattice`, `on_cable` and
-`on_net`), which `contactqp.plotting` imports. A class without a registration is drawn as the nearest class above it.
+What stands here serves any model, by the places of its nodes, in plan or, where they lie in a line, along that (see
+`on_line`); and a bare problem, which knows no places. A kind of model that is drawn otherwise registers its own
+functions in a file of its own (see `on_lattice`, `on_cable` and `on_net`), which `contactqp.plotting` imports. A class
+without a registration is drawn as the nearest class above it.
 """
 
 from __future__ import annotations
@@ -17,6 +18,14 @@ from ..foundation.loading import load_modules
 from ..foundation.pictures import PLAIN, Wanted
 from ..models.base import ContactModel
 from ..models.records import states_of
+from .on_line import (
+    certificate_on_line,
+    draw_answer_on_line,
+    draw_shape_on_line,
+    line_of,
+    settling_on_line,
+    values_on_line,
+)
 from .states import STATE_COLOURS, draw_legend_of_states, seen
 from .style import BLUE, CONTACT, GROUND, INK, map_height, new_figure, same_scales, tidy
 
@@ -62,7 +71,7 @@ def answer_figure(subject: ContactModel | ContactQP, solution: Answered, wanted:
 
 @answer_figure.register(ContactModel)
 def _answer_figure_in_plan(model: ContactModel, solution: Answered, wanted: Wanted = PLAIN) -> Figure:
-    figure = new_figure(7, map_height(model.extent) + 1.2)
+    figure = new_figure(9, 6) if line_of(model) else new_figure(7, map_height(model.extent) + 1.2)
     draw_answer(model, figure, solution)
     return figure
 
@@ -75,6 +84,10 @@ def draw_into(subject: ContactModel | ContactQP, axes: Axes, solution: Answered,
 
 @draw_into.register(ContactModel)
 def _draw_map_into(model: ContactModel, axes: Axes, solution: Answered, wanted: Wanted) -> None:
+    line = line_of(model)
+    if line is not None:
+        draw_shape_on_line(model, axes, solution, line)
+        return
     state, proven = seen(solution)
     draw_states(model, axes, state, solution.contact, proven)
     # The legend belongs below these axes, not below a figure that may hold others.
@@ -111,7 +124,11 @@ def _draw_sorted(axes: Axes, solution: Answered) -> None:
 
 
 @draw_answer.register(ContactModel)
-def _draw_answer_in_plan(model: ContactModel, part: Figure | SubFigure, solution: Answered) -> NodePlaces:
+def _draw_answer_in_plan(model: ContactModel, part: Figure | SubFigure, solution: Answered) -> NodePlaces | None:
+    line = line_of(model)
+    if line is not None:
+        draw_answer_on_line(model, part, solution, line)
+        return None
     axes = part.subplots()
     state, proven = seen(solution)
     draw_states(model, axes, state, solution.contact, proven)
@@ -120,7 +137,10 @@ def _draw_answer_in_plan(model: ContactModel, part: Figure | SubFigure, solution
 
 @singledispatch
 def certificate_figure(model: ContactModel, certificate: Enclosed) -> Figure:
-    """Return a picture of what a certificate proves: the map of states."""
+    """Return a picture of what a certificate proves: the map of states, or of nodes in a line the bounds of the gap."""
+    line = line_of(model)
+    if line is not None:
+        return certificate_on_line(model, certificate, line)
     figure = new_figure(7, map_height(model.extent, least=3.0) + 1.2)
     draw_states(model, figure.subplots(), states_of(certificate), certificate.contact, "certainly ")
     return figure
@@ -201,15 +221,19 @@ def values_figure(
 def _values_figure_in_plan(
     model: ContactModel, values: Vector, floor: float, label: str
 ) -> tuple[Figure, NodePlaces | None]:
+    line = line_of(model)
+    if line is not None:
+        figure, axes, x, y = values_on_line(model, values, floor, label, line)
+        return figure, NodePlaces(axes, x, y, apart=0.03 * float(np.ptp(x)), ring=60)
     load_modules("matplotlib.colors")
     from matplotlib.colors import LogNorm
 
     figure = new_figure(8.5, map_height(model.extent, 6.8, least=2.2, most=7.5) + 1.0)
     axes = figure.subplots()
-    drawn = np.maximum(values, floor)
-    picture = draw_values(model, axes, drawn, LogNorm(floor, max(float(drawn.max()), 10 * floor)))
-    width, height = model.extent
-    place = "bottom" if width > 2 * height else "right"
+    shown = np.maximum(values, floor)
+    picture = draw_values(model, axes, shown, LogNorm(floor, max(float(shown.max()), 10 * floor)))
+    width, depth = model.extent
+    place = "bottom" if width > 2 * depth else "right"
     figure.colorbar(picture, ax=axes, extend="min", label=label, shrink=0.85, location=place)
     axes.set(xlabel="x", ylabel="y")
     same_scales(axes)
@@ -225,6 +249,9 @@ def _places_in_plan(axes: Axes, model: ContactModel) -> NodePlaces:
 @singledispatch
 def settling_figure(model: ContactModel, touchdown: Settling) -> Figure:
     """Return a picture of the loads at which the nodes settle: in plan, rings for those that settle at none of them."""
+    line = line_of(model)
+    if line is not None:
+        return settling_on_line(model, touchdown, line)
     figure = new_figure(8, 6)
     axes = figure.subplots()
     x, y, known = model.node_x, model.node_y, np.isfinite(touchdown.load)

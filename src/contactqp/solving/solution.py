@@ -645,8 +645,9 @@ class Solution:
         """Draw the contact map and the middle section with support, deflection and reaction.
 
         The certain states have their own colours: in contact, clear, undecided; a line marks the free boundary.
-        A cable has a section only, a cable net its plan and a view in space, and a bare `ContactQP` its gaps and
-        reactions, sorted. The figure shows itself in a notebook; elsewhere use ``figure.savefig``.
+        A cable and any model whose nodes lie in a line have a section only, a cable net its plan and a view in space,
+        and a bare `ContactQP` its gaps and reactions, sorted. The figure shows itself in a notebook; elsewhere use
+        ``figure.savefig``.
 
         Parameters
         ----------
