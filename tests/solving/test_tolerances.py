@@ -58,6 +58,9 @@ def test_osqp_as_its_authors_ship_it():
     assert solution.note == "OSQP as shipped: eps 0.001, rho 0.1, at most 4000 iterations"
     assert (solution.tol, solution.setting, solution.status) == (1e-6, "default", "inaccurate")
     assert solution.claimed_solved
+    limited = cq.solve(HEXAGON, "osqp", tol="default", max_iter=10, on_failure="ignore")
+    assert limited.note.endswith("at most 10 iterations")
+    assert limited.iterations == 10
 
 
 def test_clarabel_as_its_authors_ship_it():

@@ -90,9 +90,9 @@ class _Prepared(LibraryState):
         if not task.own_defaults:
             return Plan(self.eps or 100 * task.tol, 200_000)
         extension = self.library.OSQP().ext
-        shipped = extension.OSQPSettings()
-        extension.osqp_set_default_settings(shipped)
-        eps, rho, most = self.eps or shipped.eps_abs, self.settings.get("rho", shipped.rho), shipped.max_iter
+        own = extension.OSQPSettings()
+        extension.osqp_set_default_settings(own)
+        eps, rho, most = self.eps or own.eps_abs, self.settings.get("rho", own.rho), task.max_iter or own.max_iter
         return Plan(eps, most, f"OSQP as shipped: eps {eps:g}, rho {rho:g}, at most {most} iterations")
 
     def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:

@@ -116,7 +116,7 @@ def tightened(
             bound = task.bound(latest.gap)
             if latest.finish and bound > least:
                 findings.append(
-                    f"{latest.finish} made the answer worse: bound {bound:.2g} after, {least:.2g} before (of the gap "
+                    f"{latest.finish} made the answer worse: bound {bound:.2g} after, {least:.2g} before (of the error "
                     "scale); the answer before was kept"
                 )
             if gap is None or bound < least:
