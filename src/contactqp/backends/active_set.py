@@ -12,6 +12,7 @@ from ..foundation.loading import load_modules, working_seconds
 from ..foundation.threads import Team
 from ..methods.active_set.cases import CaseSolver
 from ..methods.active_set.primal_dual import ActiveSet
+from ..methods.amg.amg import Amg
 from ..methods.factors import DIRECT_SIZE
 from ..problem.contact_qp import ContactQP
 from ..problem.load_cases import LoadCases
@@ -96,10 +97,9 @@ def prepared(problem: ContactQP, task: Task) -> ActiveSet:
     """Return the iteration at ω = 0."""
     units = _units(problem, task)
     bounds = problem.lower, problem.bounds.upper_if_any
-    solver = ActiveSet(problem.G, problem.q, *bounds, units.min() / units, monotone=problem.is_z_matrix)
-    if not solver.direct:
-        load_modules("contactqp.methods.amg.sparse_kernels", kernels="active-set")
-    return solver
+    return ActiveSet(
+        problem.G, problem.q, *bounds, problem.is_z_matrix, lambda: Amg(problem.G, units.min() / units)
+    )
 
 
 def _units(problem: ContactQP, task: Task) -> Vector:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +23,7 @@ from ...algebra.power import largest_growth
 from ...algebra.sparse import SparseStiffness
 from ...foundation.checks import Mask, Vector
 from ...foundation.loading import load_modules
-from ..amg.amg import Amg, rows_of
+from ..amg.amg import Amg, Part, rows_of
 from ..factors import DIRECT_SIZE
 from ..parts import parts_of
 from .widening import Widening
@@ -30,22 +31,25 @@ from .widening import Widening
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+    from ..amg.amg import Transfer
+
 _SWEEPS = 3
 _JACOBI_SWEEPS = 8
 _JACOBI_DAMPING = 0.8
 """For an M-matrix, whose D⁻¹G has no eigenvalue above two; for others it is less in proportion."""
 
 _POWER_STEPS = 8
-_STALE = 0.05
-"""Part of the unknowns that may have changed sides before a preconditioner is made anew."""
-
 _LOOSE_ITERATIONS = 2, 6
 """Conjugate gradient iterations a step while the contact set moves, and while only few nodes still do."""
 
 _FEW = 0.005
 """Part of the unknowns that counts as few."""
 
-_COARSE_STEPS = 3
+_COARSE_STEPS = 2
+"""Steps on a coarse problem, which itself goes to coarser ones in each."""
+
+_FEW_EXCHANGED = 0.001
+"""Where fewer unknowns changed sides in the last step than this part, coarse problems have nothing to add."""
 _MOST_ITERATIONS = 500
 _CREEPING = 0.2
 """A line search that leaves less of a step than this hinders more than it helps."""
@@ -89,10 +93,10 @@ class ActiveSet:
     q : array, shape (n,)
     lower, upper : array, shape (n,)
         Bounds, -inf and inf where there is none; ``upper`` is empty where there is none at all.
-    candidate : array, shape (n,), or None
-        See `Amg`.
     monotone : bool
         Whether it is a Z-matrix, hence an M-matrix, for which the plain method may take over.
+    amg : callable, optional
+        Returns a hierarchy for the matrix, by default a new one; it is called where one is needed.
 
     Attributes
     ----------
@@ -106,10 +110,11 @@ class ActiveSet:
         q: Vector,
         lower: Vector,
         upper: Vector = _EMPTY,
-        candidate: Vector | None = None,
         monotone: bool = True,
+        amg: Callable[[], Amg] | None = None,
     ) -> None:
-        self.matrix, self.q, self._candidate = matrix, q, candidate
+        self.matrix, self.q = matrix, q
+        self._make_amg = amg or (lambda: Amg(matrix))
         self._lower, self._upper = np.ascontiguousarray(lower), np.ascontiguousarray(upper)
         self.omega = np.zeros(q.size)
         self._diagonal = matrix.diagonal()
@@ -121,9 +126,10 @@ class ActiveSet:
         self._free: Mask = np.isneginf(self._lower)
         self._at_upper: Mask = np.zeros(q.size, dtype=np.bool_)
         self._idle = self._creeping = 0
+        self._exchanged = q.size
         self._seen: set[int] = set()
-        self._amg: Amg | None = None
-        self._amg_free: Mask = self._free
+        self._part: Part | None = None
+        self._part_free: Mask = self._free
 
     def restart(self, q: Vector, lower: Vector, upper: Vector) -> None:
         """Go back to ω = 0 with other forces and other values of the bounds; the hierarchy is kept."""
@@ -131,6 +137,7 @@ class ActiveSet:
         self.omega = np.zeros(q.size)
         self._free, self._at_upper = np.isneginf(self._lower), np.zeros(q.size, dtype=np.bool_)
         self._idle = self._creeping = 0
+        self._exchanged = q.size
         self._seen.clear()
         self._widening.restart()
 
@@ -139,27 +146,24 @@ class ActiveSet:
 
         Up to some thousand unknowns it is ω = 0: the few steps that would be saved take less time than the hierarchy.
         """
-        if self.direct:
+        coarse = self._coarse
+        if coarse is None:
             return
-        hierarchy = Amg(self.matrix, self._candidate)
-        forces, lowers, uppers = [self.q], [self._lower], [self._upper]
-        for down, _ in hierarchy.transfers:
-            forces.append(down @ forces[-1])
-            weight = down @ np.ones(down.shape[1])
-            lowers.append(_averaged(down, weight, lowers[-1]))
-            uppers.append(-_averaged(down, weight, -uppers[-1]) if uppers[-1].size else uppers[-1])
-        gap = np.zeros(forces[-1].size)
-        for depth in range(len(hierarchy.transfers), 0, -1):
-            report(f"coarse problem with {forces[depth].size} unknowns")
-            bounds = lowers[depth], uppers[depth]
-            coarse = ActiveSet(hierarchy.levels[depth].matrix, forces[depth], *bounds, monotone=self._monotone)
-            coarse.omega = coarse.projected(gap)
-            for _ in range(_COARSE_STEPS):
-                if coarse.step().exchanged == 0:
-                    break
-            _, up = hierarchy.transfers[depth - 1]
-            gap = up @ coarse.omega
-        self.omega = self.projected(gap)
+        report(f"coarse problem with {coarse.q.size} unknowns")
+        transfer = coarse.transfer
+        weight = transfer.down @ np.ones(self.q.size)
+        lower = _averaged(transfer.down, weight, self._lower)
+        upper = -_averaged(transfer.down, weight, -self._upper) if self._upper.size else self._upper
+        coarse.restart(transfer.down @ self.q, lower, upper)
+        coarse.start(report)
+        coarse.take_steps(_COARSE_STEPS)
+        self.omega = self.projected(transfer.up @ coarse.omega)
+
+    def take_steps(self, most: int) -> None:
+        """Do so many steps, or fewer where no node changes sides any more."""
+        for _ in range(most):
+            if self.step().exchanged == 0:
+                break
 
     def step(self) -> Step:
         """Relax, so that nodes change sides, and solve the equations of the free nodes."""
@@ -167,8 +171,9 @@ class ActiveSet:
             return self._exchange()
         before = self.omega
         self._relax()
+        self._correct()
         held = self._widening.widened(self._held(), (~self._free & ~self._at_upper, self._at_upper))
-        exchanged = self._take(*held)
+        self._exchanged = exchanged = self._take(*held)
         reaction = self._parts.product(self.omega) + self.q
         target = self._solve(reaction, self._iterations(exchanged))
         damping = self._move_to(target, reaction)
@@ -256,6 +261,28 @@ class ActiveSet:
         bounds = self._lower, self._upper
         sparse_kernels.projected_sweeps(*self._rows, 1 / self._diagonal, self.q, *bounds, self.omega, _SWEEPS)
 
+    @cached_property
+    def _amg(self) -> Amg:
+        return self._make_amg()
+
+    @cached_property
+    def _coarse(self) -> Coarse | None:
+        """The next coarser problem of corrections, None where there is none or none is needed."""
+        level = None if self.direct else self._amg.levels[0]
+        if level is None or level.coarser is None:
+            return None
+        return Coarse(self._amg.below(), level.coarser, level.candidate, self._monotone, self._upper.size > 0)
+
+    def _correct(self) -> None:
+        """Move to a better point by shapes of the coarse problem, which moves the contact set by many nodes at once."""
+        coarse = self._coarse
+        if coarse is None or self._exchanged <= _FEW_EXCHANGED * self.q.size:
+            return
+        reaction = self._parts.product(self.omega) + self.q
+        above = self._upper - self.omega if self._upper.size else self._upper
+        correction = coarse.correction(reaction, self._lower - self.omega, above)
+        self._move_to(self.omega + correction, reaction)
+
     def _stable_damping(self) -> float:
         """Return a factor by which damped Jacobi sweeps, and projected ones, lower the energy.
 
@@ -293,13 +320,13 @@ class ActiveSet:
         floor = 4 * _ROUNDING * float((self._diagonal * np.abs(self.omega)).max())
         direction = np.zeros_like(target)
         before, first, done = 1.0, 0.0, 0
-        amg = None
+        part = None
         for done in range(iterations):
             if float(np.abs(residual).max()) <= floor:
                 break
-            if amg is None:
-                amg = self._preconditioner(iterations < _MOST_ITERATIONS)
-            preconditioned = amg.cycle(residual)
+            if part is None:
+                part = self._free_part()
+            preconditioned = part.cycle(residual)
             product = float((residual * preconditioned).sum())
             direction *= product / before
             direction += preconditioned
@@ -317,14 +344,11 @@ class ActiveSet:
                 return self._solve_direct(reaction, refined=True)
         return target
 
-    def _preconditioner(self, loosely: bool) -> Amg:
-        """Return a hierarchy for the free nodes; loosely, one that was made for nearly the same."""
-        changed = np.count_nonzero(self._amg_free != self._free)
-        if self._amg is None or changed > (_STALE * self.q.size if loosely else 0):
-            self._amg, self._amg_free = Amg(self.matrix, self._candidate, self._free), self._free
-        else:
-            self._amg.restrict_to(self._free)
-        return self._amg
+    def _free_part(self) -> Part:
+        """Return what does cycles for the free nodes."""
+        if self._part is None or not np.array_equal(self._part_free, self._free):
+            self._part, self._part_free = self._amg.part(self._free), self._free
+        return self._part
 
     def _move_to(self, target: Vector, reaction: Vector) -> float:
         """Go to the projected ``target``, or to the point of least energy on the way; return the part of it gone.
@@ -349,6 +373,59 @@ class ActiveSet:
             return 1.0
         self.omega = before + damping * way
         return damping
+
+
+class Coarse(ActiveSet):
+    """A problem whose unknowns are weights of smooth shapes, each of them of a group of finer unknowns.
+
+    Parameters
+    ----------
+    amg : Amg
+        The hierarchy from the coarse level on.
+    transfer : Transfer
+        The way to it.
+    candidate : array, shape (n,)
+        The finer level's.
+    monotone : bool
+        See `ActiveSet`.
+    bounded_above : bool
+        Whether there are upper bounds.
+    """
+
+    def __init__(self, amg: Amg, transfer: Transfer, candidate: Vector, monotone: bool, bounded_above: bool) -> None:
+        self.transfer = transfer
+        level = amg.levels[0]
+        size, grouped = level.candidate.size, np.flatnonzero(transfer.group >= 0)
+        none = np.full(size, np.inf)
+        super().__init__(level.matrix, np.zeros(size), -none, none if bounded_above else _EMPTY, monotone, lambda: amg)
+        self.direct = level.coarser is None
+        self._candidate, self._grouped, self._group = candidate[grouped], grouped, transfer.group[grouped]
+        self._shape = level.candidate
+
+    def correction(self, reaction: Vector, lower: Vector, upper: Vector) -> Vector:
+        """Return a sum of shapes that lowers the energy at a point with such a reaction.
+
+        It is that of the bounds which each group has in common: (Mandel, *A multilevel iterative method for symmetric,
+        positive definite linear complementarity problems*, Applied Mathematics and Optimization 11, 1984), of the
+        groups' tentative shapes, before they are smoothed; so the sum leaves the bounds by little.
+
+        Parameters
+        ----------
+        reaction : array, shape (n,)
+            Of the finer unknowns, at the point.
+        lower, upper : array, shape (n,)
+            Bounds of the correction, ≤ 0 and ≥ 0; ``upper`` is empty where there is none at all.
+        """
+        above = -self._common(-upper) if upper.size else upper
+        self.restart(self.transfer.down @ reaction, self._common(lower), above)
+        self.take_steps(_COARSE_STEPS)
+        return np.asarray(self.transfer.up @ self.feasible())
+
+    def _common(self, lower: Vector) -> Vector:
+        """Return the bounds of the weights by which no unknown of a group falls below its lower bound."""
+        common = np.full(self.q.size, -np.inf)
+        np.maximum.at(common, self._group, lower[self._grouped] / self._candidate)
+        return np.asarray(common * self._shape)
 
 
 def _averaged(down: csr_array, weight: Vector, bound: Vector) -> Vector:

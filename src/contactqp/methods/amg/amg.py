@@ -1,7 +1,8 @@
 """Algebraic multigrid by smoothed aggregation, as a preconditioner of conjugate gradients.
 
 Vaněk, Mandel and Brezina (1996), see `aggregation`. A V-cycle with one Gauss-Seidel sweep forwards before and one
-backwards after the coarse correction is symmetric, as conjugate gradients want it.
+backwards after the coarse correction is symmetric, as conjugate gradients want it. One hierarchy serves all sets of
+free unknowns of its matrix.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...algebra.power import largest_growth
 from ...foundation.checks import Mask, Vector
@@ -27,6 +29,9 @@ _COARSEST = 400
 """Unknowns that are solved for directly."""
 
 _MOST_LEVELS = 25
+
+_MOST_HELD = 0.1
+"""Part of a coarse unknown's squared shape that may lie on held unknowns, if the coarse one is not to be held, too."""
 
 _POWER_STEPS = 6
 _MOST_ITERATIONS = 400
@@ -64,12 +69,48 @@ def conjugate_gradients(matrix: csr_array, candidate: Vector | None = None) -> C
 
 
 class Level:
-    """A matrix, and what its sweeps need."""
+    """A matrix, what its sweeps need, and the way to the next coarser level, if there is one.
 
-    def __init__(self, matrix: csr_array) -> None:
-        self.matrix = matrix
+    Attributes
+    ----------
+    matrix : csr_array, shape (n, n)
+    candidate : array, shape (n,)
+        A positive vector that the matrix nearly annihilates, away from where it is held.
+    coarser : Transfer or None
+    """
+
+    def __init__(self, matrix: csr_array, candidate: Vector) -> None:
+        self.matrix, self.candidate = matrix, candidate
         self.rows = rows_of(matrix)
         self.inverse_diagonal = 1.0 / matrix.diagonal()
+        self.coarser: Transfer | None = None
+
+
+class Transfer:
+    """The way between a level and the next coarser one.
+
+    Attributes
+    ----------
+    up, down : csr_array, shapes (n, m) and (m, n)
+        Prolongation, and its transpose.
+    group : array of int, shape (n,)
+        The coarse unknown that each unknown belongs to; -1 for one without neighbours.
+    """
+
+    def __init__(self, up: csr_array, group: NDArray[np.int32]) -> None:
+        load_modules("scipy.sparse")
+        from scipy import sparse
+
+        self.up, self.down, self.group = up, up.T.tocsr(), group
+        self.down.sort_indices()
+        self.up_rows = rows_of(up)
+        weights = self.down.data**2
+        self._weights = sparse.csr_array((weights, self.down.indices, self.down.indptr), shape=self.down.shape)
+        self._weight = self._weights @ np.ones(up.shape[0])
+
+    def held(self, held: Mask) -> Mask:
+        """Return the coarse unknowns whose shapes lie on held unknowns to no small part."""
+        return np.asarray(self._weights @ held.astype(np.float64) > _MOST_HELD * self._weight)
 
 
 def rows_of(matrix: csr_array) -> tuple[Any, Any, Vector]:
@@ -78,7 +119,7 @@ def rows_of(matrix: csr_array) -> tuple[Any, Any, Vector]:
 
 
 class Amg:
-    """A hierarchy for a symmetric positive definite M-matrix, or for its part that belongs to the free nodes.
+    """A hierarchy for a symmetric positive definite matrix.
 
     Parameters
     ----------
@@ -86,61 +127,52 @@ class Amg:
         With ascending column numbers.
     candidate : array, shape (n,), optional
         A positive vector that the matrix nearly annihilates, away from where it is held; ones by default.
-    free : array of bool, shape (n,), optional
-        The part, all by default; at the other nodes the result of a cycle is zero.
 
     Attributes
     ----------
     levels : list of Level
         Finest first.
-    transfers : list of (csr_array, csr_array)
-        Restriction from each level to the next, and prolongation back.
+
+    Raises
+    ------
+    LinAlgError
+        If the coarsest matrix is not positive definite.
     """
 
-    def __init__(self, matrix: csr_array, candidate: Vector | None = None, free: Mask | None = None) -> None:
-        self.levels = [Level(matrix if free is None else _part(matrix, free))]
-        self.transfers: list[tuple[csr_array, csr_array]] = []
-        vector = np.ones(matrix.shape[0]) if candidate is None else candidate
+    def __init__(self, matrix: csr_array, candidate: Vector | None = None) -> None:
+        load_modules("contactqp.methods.amg.sparse_kernels", kernels="active-set")
+        self.levels = [Level(matrix, np.ones(matrix.shape[0]) if candidate is None else candidate)]
         while self.levels[-1].matrix.shape[0] > _COARSEST and len(self.levels) < _MOST_LEVELS:
             finer = self.levels[-1]
-            found = _prolongation(finer, vector)
+            found = _prolongation(finer)
             if found is None:
                 break
-            prolongation, vector = found
-            restriction = prolongation.T.tocsr()
-            coarse = (restriction @ (finer.matrix @ prolongation)).tocsr()
+            finer.coarser, vector = found
+            coarse = (finer.coarser.down @ (finer.matrix @ finer.coarser.up)).tocsr()
             coarse.sort_indices()
-            self.transfers.append((restriction, prolongation))
-            self.levels.append(Level(coarse))
-        self._factors = _coarsest(self.levels[-1])
-        self._free_nodes: Mask | None = None
-        if free is not None:
-            self.levels[0] = Level(matrix)
-            self.restrict_to(free)
+            self.levels.append(Level(coarse, vector))
+        self._all = Part(self.levels, None)
 
-    def restrict_to(self, free: Mask) -> None:
-        """Take another part, for the finest sweeps only: good enough for a few nodes more or less."""
-        level = self.levels[0]
-        self._free_nodes = free
-        level.inverse_diagonal = np.where(free, 1.0 / level.matrix.diagonal(), 0.0)
+    def below(self) -> Amg:
+        """Return the hierarchy without its finest level."""
+        amg = Amg.__new__(Amg)
+        amg.levels = self.levels[1:]
+        amg._all = Part(amg.levels, None)
+        return amg
 
-    def cycle(self, right: Vector, depth: int = 0) -> Vector:
+    def part(self, free: Mask) -> Part:
+        """Return what does a cycle for the equations of some unknowns, with the others held.
+
+        Parameters
+        ----------
+        free : array of bool, shape (n,)
+            Those that are not held.
+        """
+        return self._all if free.all() else Part(self.levels, free)
+
+    def cycle(self, right: Vector) -> Vector:
         """Return the result of a V-cycle from zero."""
-        load_modules("contactqp.methods.amg.sparse_kernels", kernels="active-set")
-        from ..amg import sparse_kernels
-
-        level = self.levels[depth]
-        if depth == len(self.transfers):
-            return np.asarray(self._factors(right))
-        down, up = self.transfers[depth]
-        x, rest = np.empty_like(right), np.empty_like(right)
-        sparse_kernels.sweep_from_zero(*level.rows, level.inverse_diagonal, right, x)
-        sparse_kernels.residual(*level.rows, right, x, rest)
-        if depth == 0 and self._free_nodes is not None:
-            rest[~self._free_nodes] = 0.0
-        x += up @ self.cycle(down @ rest, depth + 1)
-        sparse_kernels.sweep(*level.rows, level.inverse_diagonal, right, x, True)
-        return x
+        return self._all.cycle(right)
 
     def __repr__(self) -> str:
         sizes = " > ".join(str(level.matrix.shape[0]) for level in self.levels)
@@ -148,22 +180,56 @@ class Amg:
         return f"Amg({sizes} unknowns, operator complexity {entries:.2f})"
 
 
-def _part(matrix: csr_array, free: Mask) -> csr_array:
-    """Return the matrix without the couplings to nodes that are not free."""
-    load_modules("scipy.sparse")
-    from scipy import sparse
+class Part:
+    """V-cycles for some of the unknowns, the others of which are held.
 
-    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
-    kept = (free[rows] & free[matrix.indices]) | (rows == matrix.indices)
-    return sparse.csr_array((np.where(kept, matrix.data, 0.0), matrix.indices, matrix.indptr), shape=matrix.shape)
+    Held unknowns are left out of sweeps and transfers, and so are coarse ones whose shapes lie on them to no small part
+    (Kornhuber, *Monotone multigrid methods for elliptic variational inequalities*, Numerische Mathematik 69, 1994,
+    drops or truncates them). The coarse matrices remain those of the whole: a set costs no more than its masks. Each
+    cycle is a symmetric positive definite map of the free unknowns, as conjugate gradients want it, because the sweeps
+    are those of the free unknowns' own matrix, and what is added between them is symmetric and positive semidefinite.
+
+    Parameters
+    ----------
+    levels : list of Level
+    free : array of bool, shape (n,), or None
+        None for all.
+    """
+
+    def __init__(self, levels: list[Level], free: Mask | None) -> None:
+        self._levels = levels
+        self._inverse_diagonals = [level.inverse_diagonal for level in levels]
+        held = None if free is None else ~free
+        for depth, level in enumerate(levels):
+            if held is None:
+                break
+            self._inverse_diagonals[depth] = np.where(held, 0.0, level.inverse_diagonal)
+            if level.coarser is not None:
+                held = level.coarser.held(held)
+        self._solve = _coarsest(levels[-1], None if held is None else np.flatnonzero(~held))
+
+    def cycle(self, right: Vector, depth: int = 0) -> Vector:
+        """Return the result of a V-cycle from zero, which is zero at held unknowns."""
+        from . import sparse_kernels
+
+        level, inverse_diagonal = self._levels[depth], self._inverse_diagonals[depth]
+        if level.coarser is None:
+            return self._solve(right)
+        x, rest = np.empty_like(right), np.empty_like(right)
+        sparse_kernels.sweep_from_zero(*level.rows, inverse_diagonal, right, x)
+        sparse_kernels.residual(*level.rows, inverse_diagonal, right, x, rest)
+        correction = self.cycle(level.coarser.down @ rest, depth + 1)
+        sparse_kernels.add_prolongation(*level.coarser.up_rows, inverse_diagonal, correction, x)
+        sparse_kernels.sweep(*level.rows, inverse_diagonal, right, x, True)
+        return x
 
 
-def _prolongation(level: Level, candidate: Vector) -> tuple[csr_array, Vector] | None:
+def _prolongation(level: Level) -> tuple[Transfer, Vector] | None:
     """Return the smoothed prolongation and the coarse candidate; None if grouping does not make it smaller."""
     load_modules("scipy.sparse")
     from scipy import sparse
 
-    indptr, indices, data = level.rows
+    (indptr, indices, data), candidate = level.rows, level.candidate
     size = indptr.size - 1
     rows = np.repeat(np.arange(size, dtype=np.int32), np.diff(indptr))
     root = np.sqrt(level.inverse_diagonal)
@@ -194,7 +260,7 @@ def _prolongation(level: Level, candidate: Vector) -> tuple[csr_array, Vector] |
         smoother.eliminate_zeros()
     prolongation = (smoother @ tentative).tocsr()
     prolongation.sort_indices()
-    return prolongation, norms
+    return Transfer(prolongation, group), norms
 
 
 def _spectral_radius(matrix: csr_array) -> float:
@@ -203,19 +269,35 @@ def _spectral_radius(matrix: csr_array) -> float:
     return 1.1 * largest_growth(lambda x: np.asarray(matrix @ x), start, _POWER_STEPS)
 
 
-def _coarsest(level: Level) -> Solve:
-    """Return a function that solves with the coarsest matrix; a LinAlgError where it is not positive definite.
+def _coarsest(level: Level, free: NDArray[np.intp] | None) -> Solve:
+    """Return a function that solves with the coarsest matrix, for some unknowns where not for all.
 
     Dense factors are no faster at this size, and the threads of a LAPACK stall on a busy machine. Where unknowns do not
     group, so that the coarsest matrix is a large one, it is divided by the diagonal: its factors may fill.
+
+    Raises
+    ------
+    LinAlgError
+        If it is not positive definite.
     """
     load_modules("scipy.linalg")
     from scipy.linalg import LinAlgError
 
     matrix = level.matrix
-    if matrix.shape[0] > DIRECT_SIZE:
-        return lambda right: right * level.inverse_diagonal
-    solve = factorised(matrix, definite=True)
+    chosen = np.arange(matrix.shape[0]) if free is None else free
+    if chosen.size > DIRECT_SIZE:
+        inverse = level.inverse_diagonal[chosen]
+        return lambda right: _spread(right.size, chosen, right[chosen] * inverse)
+    if not chosen.size:
+        return np.zeros_like
+    solve = factorised(matrix if free is None else matrix[free][:, free], definite=True)
     if solve is None:
-        raise LinAlgError(f"a coarse matrix of {matrix.shape[0]} unknowns is not positive definite")
-    return solve
+        raise LinAlgError(f"a coarse matrix of {chosen.size} unknowns is not positive definite")
+    return solve if free is None else lambda right: _spread(right.size, chosen, solve(right[chosen]))
+
+
+def _spread(size: int, places: NDArray[np.intp], values: Vector) -> Vector:
+    """Return a vector with values at some places, and zeros elsewhere."""
+    spread = np.zeros(size)
+    spread[places] = values
+    return spread

@@ -34,14 +34,37 @@ def sweep_from_zero(indptr, indices, data, inverse_diagonal, right, x):  # type:
         x[i] = residual * inverse_diagonal[i]
 
 
-@njit(f"void({_ROWS}, {READ_ONLY_VECTOR}, float64[::1], float64[::1])", cache=True, nogil=True, fastmath=_FAST)
-def residual(indptr, indices, data, right, x, out):  # type: ignore[no-untyped-def]
-    """Write right - A x."""
+@njit(
+    f"void({_ROWS}, float64[::1], {READ_ONLY_VECTOR}, float64[::1], float64[::1])",
+    cache=True,
+    nogil=True,
+    fastmath=_FAST,
+)
+def residual(indptr, indices, data, inverse_diagonal, right, x, out):  # type: ignore[no-untyped-def]
+    """Write right - A x, and zero for unknowns that are held, whose inverse diagonal is zero."""
     for i in range(x.size):
-        total = right[i]
-        for entry in range(indptr[i], indptr[i + 1]):
-            total -= data[entry] * x[indices[entry]]
+        total = 0.0
+        if inverse_diagonal[i] != 0.0:
+            total = right[i]
+            for entry in range(indptr[i], indptr[i + 1]):
+                total -= data[entry] * x[indices[entry]]
         out[i] = total
+
+
+@njit(
+    f"void({_ROWS}, float64[::1], {READ_ONLY_VECTOR}, float64[::1])",
+    cache=True,
+    nogil=True,
+    fastmath=_FAST,
+)
+def add_prolongation(indptr, indices, data, inverse_diagonal, coarse, x):  # type: ignore[no-untyped-def]
+    """Add P times a coarse vector to x, but to no unknown that is held, whose inverse diagonal is zero."""
+    for i in range(x.size):
+        if inverse_diagonal[i] != 0.0:
+            total = 0.0
+            for entry in range(indptr[i], indptr[i + 1]):
+                total += data[entry] * coarse[indices[entry]]
+            x[i] += total
 
 
 @njit(
