@@ -11,8 +11,7 @@ from ..foundation.checks import Vector
 from ..foundation.loading import load_modules, working_seconds
 from ..foundation.threads import Team
 from ..methods.active_set.cases import CaseSolver
-from ..methods.active_set.primal_dual import ActiveSet
-from ..methods.amg.amg import Amg
+from ..methods.active_set.renumbered import Renumbered
 from ..methods.factors import DIRECT_SIZE
 from ..problem.contact_qp import ContactQP
 from ..problem.load_cases import LoadCases
@@ -55,7 +54,7 @@ class _Prepared(State):
 
     def __init__(self, problem: ContactQP, task: Task, history: bool) -> None:
         started = working_seconds()
-        self._problem, self._history, self._solver = problem, history, prepared(problem, task)
+        self._problem, self._history, self._solver = problem, history, prepared(problem)
         self._setup_seconds = working_seconds() - started
         self._cases: CaseSolver | None = None
 
@@ -81,25 +80,22 @@ class _Prepared(State):
         return CaseAnswers(gaps, steps, _AT_REST, ActiveSetBackend.iteration_unit, working_seconds() - started)
 
 
-def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:
+def _start(solver: Renumbered, problem: ContactQP, task: Task) -> None:
     """Set ω to the warm start, or start from coarser problems."""
     if task.warm_start is not None:
-        solver.omega = problem.project(task.warm_start)
+        solver.start_from(problem.project(task.warm_start))
         return
     start_on_lattice = None if problem.size <= DIRECT_SIZE else _lattice_start(problem, task)
     if start_on_lattice is None:
         solver.start(task.progress.update)
     else:
-        solver.omega = start_on_lattice
+        solver.start_from(start_on_lattice)
 
 
-def prepared(problem: ContactQP, task: Task) -> ActiveSet:
+def prepared(problem: ContactQP) -> Renumbered:
     """Return the iteration at ω = 0."""
-    units = _units(problem, task)
     bounds = problem.lower, problem.bounds.upper_if_any
-    return ActiveSet(
-        problem.G, problem.q, *bounds, problem.is_z_matrix, lambda: Amg(problem.G, units.min() / units)
-    )
+    return Renumbered(problem.facts.ordered, problem.q, *bounds, problem.is_z_matrix)
 
 
 def _units(problem: ContactQP, task: Task) -> Vector:
@@ -132,7 +128,7 @@ def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
     return np.asarray(lattice.layout.vector(gap) / relative)
 
 
-def iterate(solver: ActiveSet, problem: ContactQP, task: Task, budget: int, history: bool = False) -> Answer:
+def iterate(solver: Renumbered, problem: ContactQP, task: Task, budget: int, history: bool = False) -> Answer:
     """Go on until the contact set rests and the equations of the free nodes are solved."""
     started = working_seconds()
     stop, why, steps = Stop.ITERATION_LIMIT, "step limit", 0

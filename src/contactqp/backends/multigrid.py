@@ -152,9 +152,9 @@ class _Prepared(State):
 def _handed_over(answer: Answer, problem: ContactQP, task: Task, budget: int) -> Answer:
     """Go on by active sets: arms that jump by orders of magnitude from node to node defeat a geometric hierarchy."""
     started = working_seconds()
-    solver = prepared(problem, task)
+    solver = prepared(problem)
     assert answer.gap is not None
-    solver.omega = answer.gap
+    solver.start_from(answer.gap)
     preparing_seconds = working_seconds() - started
     went_on = iterate(solver, problem, task, budget - answer.iterations)
     return replace(

@@ -14,6 +14,8 @@ from .factors import DIRECT_SIZE, Solve, factorised
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+    from .amg.ordered import Ordered
+
 _FREE_SET_TOLERANCE = 1e-3
 
 
@@ -59,7 +61,7 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
     return None if solve is None else (lambda force: solve(force, tolerance), False)
 
 
-def preconditioner(matrix: csr_array, candidate: Vector) -> Solve | None:
+def hierarchy_cycle(matrix: csr_array, candidate: Vector) -> Solve | None:
     """Return a cycle of smoothed aggregation, which does little to a residual but what is needed to solve fast.
 
     Parameters
@@ -76,16 +78,24 @@ def preconditioner(matrix: csr_array, candidate: Vector) -> Solve | None:
     """
     if not can_compile():
         return None
+    from .amg.ordered import Ordered
+
+    matrix.sort_indices()
+    return cycle_of(Ordered(matrix, candidate))
+
+
+def cycle_of(ordered: Ordered) -> Solve | None:
+    """Return a cycle of a matrix's hierarchy; None as for `hierarchy_cycle`."""
+    if not can_compile():
+        return None
     load_modules("scipy.linalg")
     from scipy.linalg import LinAlgError
 
-    from .amg.amg import Amg
-
-    matrix.sort_indices()
     try:
-        return Amg(matrix, candidate).cycle
+        _ = ordered.amg
     except LinAlgError:
         return None
+    return ordered.cycle
 
 
 def free_set_solver(stiffness: Stiffness, free: Mask) -> tuple[Solve, bool] | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,8 @@ from ..algebra.stiffness import LatticeStiffness, growth_bound
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..geometry.numbering import Layout
-from ..methods.factors import DIRECT_SIZE, factorised
-from ..methods.linear import preconditioner, solver
+from ..methods.factors import DIRECT_SIZE, Solve, factorised
+from ..methods.linear import hierarchy_cycle, solver
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -139,13 +139,34 @@ class Parabola(Barrier):
         return float((self.rows[runs[:, 0]] + self.columns[nearest]).max())
 
 
-def find_barrier(stiffness: Stiffness) -> Barrier | None:
+class Preconditioner(NamedTuple):
+    """What does little to a residual but what is needed to solve fast.
+
+    Attributes
+    ----------
+    balance : array, shape (n,)
+        Factors of the unknowns that it is made for, the diagonal of D.
+    cycle : callable
+        Returns a symmetric positive definite map for DGD; None where there is none.
+    """
+
+    balance: Vector
+    cycle: Callable[[], Solve | None]
+
+
+def find_barrier(stiffness: Stiffness, preconditioner: Preconditioner | None = None) -> Barrier | None:
     """Return a barrier of a symmetric Z-matrix, or None where none is found (then G is no M-matrix).
 
     On a lattice the candidates cost one pass at most: a paraboloid about the middle of the nodes, and a
     parabola across them along x or y, each >= 0 on the frame; the one with the least `Barrier.reach` is
     taken, also for the matrix of a rectangular lattice, where it is checked. Otherwise v is found by a linear solve:
     with D = diag(G)^(-1/2), which takes out the units of the unknowns, D G D y = 1 and v = D y.
+
+    Parameters
+    ----------
+    stiffness : Stiffness
+    preconditioner : Preconditioner, optional
+        For iterative solutions, in place of that D and of a hierarchy that is made for the purpose.
     """
     # Small matrices are solved with in less time than it takes to look for a lattice in them.
     stencil = stiffness.lattice if stiffness.size <= DIRECT_SIZE else stiffness.recognised_lattice()
@@ -157,7 +178,7 @@ def find_barrier(stiffness: Stiffness) -> Barrier | None:
             candidates = [candidate for candidate in checked if candidate is not None]
         if candidates:
             return min(candidates, key=lambda candidate: candidate.reach)
-    return _solved(stiffness)
+    return _solved(stiffness, preconditioner)
 
 
 def _parabolas(stencil: LatticeStiffness) -> list[Parabola]:
@@ -226,7 +247,7 @@ def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
     return Barrier(v, s, kind) if s.min() > 0 else None
 
 
-def _solved(stiffness: Stiffness) -> Barrier | None:
+def _solved(stiffness: Stiffness, preconditioner: Preconditioner | None) -> Barrier | None:
     """Return a barrier from a linear solve, and None where the matrix turns out not to be positive definite."""
     ones = np.ones(stiffness.size)
     if stiffness.lattice is not None and stiffness.size > DIRECT_SIZE:
@@ -234,12 +255,14 @@ def _solved(stiffness: Stiffness) -> Barrier | None:
         barrier = None if found is None else _checked(stiffness, found[0](ones), "linear solve")
         if barrier is not None:
             return barrier
-    balance = 1 / np.sqrt(stiffness.diagonal())
+    balance = 1 / np.sqrt(stiffness.diagonal()) if preconditioner is None else preconditioner.balance
     matrix = balanced(stiffness.tocsr(), balance).tocsr()
     if stiffness.size <= DIRECT_SIZE or stiffness.without_fill:
         solve = factorised(matrix, pivoting=True)
     else:
-        barrier, indefinite = _iterated(stiffness, matrix, balance)
+        if preconditioner is None:
+            preconditioner = Preconditioner(balance, lambda: hierarchy_cycle(matrix, 1 / balance))
+        barrier, indefinite = _iterated(stiffness, matrix, preconditioner)
         if barrier is not None or indefinite:
             return barrier
         band = Band(matrix)
@@ -248,7 +271,7 @@ def _solved(stiffness: Stiffness) -> Barrier | None:
     return None if solve is None else _checked(stiffness, balance * solve(ones), "linear solve")
 
 
-def _iterated(stiffness: Stiffness, matrix: csr_array, balance: Vector) -> tuple[Barrier | None, bool]:
+def _iterated(stiffness: Stiffness, matrix: csr_array, preconditioner: Preconditioner) -> tuple[Barrier | None, bool]:
     """Return the barrier from conjugate gradients, if that finds one, and whether the matrix is not positive definite.
 
     Without a preconditioner a few iterations tell whether the matrix needs one.
@@ -256,13 +279,13 @@ def _iterated(stiffness: Stiffness, matrix: csr_array, balance: Vector) -> tuple
     for preconditioned, steps in ((False, _FEW_STEPS), (True, _MOST_STEPS)):
         cycle = None
         if preconditioned:
-            cycle = preconditioner(matrix, 1 / balance)
+            cycle = preconditioner.cycle()
             if cycle is None:
                 return None, False
         for candidate in _approximations(matrix, cycle, steps):
             if candidate is None:
                 return None, True
-            barrier = _checked(stiffness, balance * candidate, "linear solve")
+            barrier = _checked(stiffness, preconditioner.balance * candidate, "linear solve")
             if barrier is not None:
                 return barrier, False
     return None, False

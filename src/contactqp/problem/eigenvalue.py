@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,8 +14,8 @@ from ..algebra.conductances import m_matrix_below
 from ..algebra.sparse import SparseStiffness
 from ..foundation.checks import Vector
 from ..foundation.rounding import UNIT_ROUNDOFF
-from ..methods.factors import DIRECT_SIZE
-from .barrier import find_barrier
+from ..methods.factors import DIRECT_SIZE, Solve
+from .barrier import Preconditioner, find_barrier
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -44,7 +46,9 @@ class LeastEigenvalue:
     proof: str
 
 
-def proven_least_eigenvalue(matrix: csr_array) -> LeastEigenvalue | None:
+def proven_least_eigenvalue(
+    matrix: csr_array, cycle: Callable[[], Solve | None] | None = None
+) -> LeastEigenvalue | None:
     """Return a proven lower bound of the smallest eigenvalue of DGD; None where none is proven.
 
     That is so for a matrix that is not positive definite, to rounding, and for one with positive entries that cannot be
@@ -55,6 +59,9 @@ def proven_least_eigenvalue(matrix: csr_array) -> LeastEigenvalue | None:
     ----------
     matrix : csr_array, shape (n, n)
         Symmetric; D brings its diagonal into [1/2, 2).
+    cycle : callable, optional
+        Returns a preconditioner of the matrix with its diagonal scaled to ones, None where there is none; by default it
+        is made where it is needed.
 
     Examples
     --------
@@ -65,7 +72,8 @@ def proven_least_eigenvalue(matrix: csr_array) -> LeastEigenvalue | None:
     """
     exponents = np.round(-0.5 * np.log2(matrix.diagonal()))
     units = np.ldexp(1.0, exponents.astype(int))
-    proofs = {"factors": _by_factors, "an M-matrix below": _by_m_matrix_below}
+    proofs: dict[str, Callable[[csr_array, Vector], float]]
+    proofs = {"factors": _by_factors, "an M-matrix below": partial(_by_m_matrix_below, cycle=cycle)}
     if matrix.shape[0] > DIRECT_SIZE:
         proofs = dict(reversed(proofs.items()))
     for name, proof in proofs.items():
@@ -88,7 +96,7 @@ def _by_factors(matrix: csr_array, units: Vector) -> float:
     return next((bound for part in _TRIALS if (bound := band.proven_least_eigenvalue(part * estimate)) > 0), 0.0)
 
 
-def _by_m_matrix_below(matrix: csr_array, units: Vector) -> float:
+def _by_m_matrix_below(matrix: csr_array, units: Vector, cycle: Callable[[], Solve | None] | None) -> float:
     r"""Return a bound by an M-matrix Ã ≼ A = DGD with a barrier v > 0, 0 < s ≤ Ãv; 0 where there is none.
 
     It is Ã = DG̃D with G̃ ≼ G, for the conductances of G itself say which vectors cost little energy.
@@ -101,7 +109,9 @@ def _by_m_matrix_below(matrix: csr_array, units: Vector) -> float:
     moderate = _scaled(matrix, one_unit)
     below = None if moderate is None else m_matrix_below(moderate)
     scaled = None if below is None else _scaled(below, units / one_unit)
-    barrier = None if scaled is None else find_barrier(SparseStiffness(scaled))
+    # What is below the matrix is near enough to it for the same preconditioner, in the same units.
+    made = None if cycle is None else Preconditioner(1 / np.sqrt(matrix.diagonal()) / units, cycle)
+    barrier = None if scaled is None else find_barrier(SparseStiffness(scaled), made)
     return 0.0 if barrier is None else float((barrier.s / barrier.v).min()) * (1 - 4 * UNIT_ROUNDOFF)
 
 

@@ -11,8 +11,10 @@ from ..algebra.conditioning import estimated_condition, told_condition
 from ..algebra.definiteness import refuse_indefinite, ritz_value, weakly_dominant
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Vector
-from ..methods.factors import DIRECT_SIZE
-from .barrier import Barrier, find_barrier
+from ..methods.amg.ordered import Ordered
+from ..methods.factors import DIRECT_SIZE, Solve
+from ..methods.linear import cycle_of
+from .barrier import Barrier, Preconditioner, find_barrier
 from .eigenvalue import LeastEigenvalue, affordable, proven_least_eigenvalue
 
 if TYPE_CHECKING:
@@ -25,10 +27,12 @@ class MatrixFacts:
     Parameters
     ----------
     stiffness : Stiffness
+    candidate : array, shape (n,), optional
+        A positive vector that the stiffness nearly annihilates, away from where it is held; ones by default.
     """
 
-    def __init__(self, stiffness: Stiffness) -> None:
-        self.stiffness = stiffness
+    def __init__(self, stiffness: Stiffness, candidate: Vector | None = None) -> None:
+        self.stiffness, self._candidate = stiffness, candidate
 
     @cached_property
     def G(self) -> csr_array:
@@ -64,7 +68,7 @@ class MatrixFacts:
         """
         if self.stiffness.positive_off_diagonal is not None:
             return None
-        found = find_barrier(self.stiffness)
+        found = find_barrier(self.stiffness, self._preconditioner)
         if found is None:
             refuse_indefinite(self.G)
         return found
@@ -79,7 +83,7 @@ class MatrixFacts:
     @cached_property
     def least_eigenvalue(self) -> LeastEigenvalue | None:
         """A proven lower bound of the smallest eigenvalue of DGD, with powers of two D; None where none is proven."""
-        return proven_least_eigenvalue(self.G)
+        return proven_least_eigenvalue(self.G, self._cycle)
 
     @cached_property
     def estimated_least_eigenvalue(self) -> float:
@@ -111,4 +115,22 @@ class MatrixFacts:
     @cached_property
     def scaled(self) -> MatrixFacts:
         """The facts about the dimensionless stiffness."""
-        return MatrixFacts(self.dimensionless[0])
+        stiffness, units, _ = self.dimensionless
+        scaled = MatrixFacts(stiffness, None if isinstance(units, float) else units.min() / units)
+        scaled.scaled = scaled
+        return scaled
+
+    @cached_property
+    def ordered(self) -> Ordered:
+        """The matrix in an order for large problems, with its hierarchy, which all solves and proofs share."""
+        return Ordered(self.G, self._candidate)
+
+    @property
+    def _preconditioner(self) -> Preconditioner | None:
+        if self.stiffness.lattice is not None:
+            return None
+        return Preconditioner(1 / np.sqrt(self.stiffness.diagonal()), self._cycle)
+
+    def _cycle(self) -> Solve | None:
+        """Return a preconditioner of the matrix with its diagonal scaled to ones; None where there is none."""
+        return cycle_of(self.scaled.ordered)

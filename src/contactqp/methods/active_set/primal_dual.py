@@ -39,13 +39,13 @@ _JACOBI_DAMPING = 0.8
 """For an M-matrix, whose D⁻¹G has no eigenvalue above two; for others it is less in proportion."""
 
 _POWER_STEPS = 8
-_LOOSE_ITERATIONS = 2, 6
+_LOOSE_ITERATIONS = 2, 3
 """Conjugate gradient iterations a step while the contact set moves, and while only few nodes still do."""
 
 _FEW = 0.005
 """Part of the unknowns that counts as few."""
 
-_COARSE_STEPS = 2
+_COARSE_STEPS = 1
 """Steps on a coarse problem, which itself goes to coarser ones in each."""
 
 _FEW_EXCHANGED = 0.001
