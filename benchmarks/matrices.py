@@ -59,6 +59,7 @@ def linear(matrix: Any, q: np.ndarray) -> list[Callable[[], object]]:
 
     solvers = pyamg.smoothed_aggregation_solver, pyamg.ruge_stuben_solver
     given = sparse.csr_matrix(matrix)
+    given.indptr, given.indices = (numbers.astype(np.int32) for numbers in (given.indptr, given.indices))
     return [lambda solver=solver: solver(given).solve(-q, tol=1e-10, accel="cg") for solver in solvers]
 
 

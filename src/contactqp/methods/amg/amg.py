@@ -243,8 +243,8 @@ def _prolongation(level: Level) -> tuple[Transfer, Vector] | None:
     norms = np.sqrt(np.bincount(group[member], weights=candidate[member] ** 2, minlength=count))
     values = candidate[member] / norms[group[member]]
     tentative = sparse.csr_array((values, (member, group[member])), shape=(size, count))
-    # Weak couplings are added to the diagonal before smoothing, so that they do not spread the prolongation, in such a way
-    # that the product with the candidate remains as it is.
+    # Weak couplings are added to the diagonal before smoothing, so that they do not spread the prolongation; the matrix
+    # keeps its product with the candidate.
     kept = strong | (rows == indices)
     dropped = data[~kept] * candidate[indices[~kept]]
     weak = np.bincount(rows[~kept], weights=dropped, minlength=size) / candidate
