@@ -39,11 +39,8 @@ _JACOBI_DAMPING = 0.8
 """For an M-matrix, whose D⁻¹G has no eigenvalue above two; for others it is less in proportion."""
 
 _POWER_STEPS = 8
-_LOOSE_ITERATIONS = 2, 3
-"""Conjugate gradient iterations a step while the contact set moves, and while only few nodes still do."""
-
-_FEW = 0.005
-"""Part of the unknowns that counts as few."""
+_LOOSE = 0.1
+"""Part of the residual, in the preconditioner's norm, that conjugate gradients leave while the contact set moves."""
 
 _COARSE_STEPS = 1
 """Steps on a coarse problem, which itself goes to coarser ones in each."""
@@ -175,7 +172,7 @@ class ActiveSet:
         held = self._widening.widened(self._held(), (~self._free & ~self._at_upper, self._at_upper))
         self._exchanged = exchanged = self._take(*held)
         reaction = self._parts.product(self.omega) + self.q
-        target = self._solve(reaction, self._iterations(exchanged))
+        target = self._solve(reaction, _LOOSE if exchanged else 0.0)
         damping = self._move_to(target, reaction)
         self._widening.learn(exchanged, self.omega, self._lower, self._upper)
         moved = float(np.abs(self.omega - before).max())
@@ -224,7 +221,7 @@ class ActiveSet:
         """
         at_bound = np.where(self._at_upper, self._upper, self._lower) if self._upper.size else self._lower
         self.omega = np.where(self._free, self.omega, at_bound)
-        self.omega = self._solve(self._parts.product(self.omega) + self.q, _MOST_ITERATIONS)
+        self.omega = self._solve(self._parts.product(self.omega) + self.q, 0.0)
         reaction = self._parts.product(self.omega) + self.q
         leaves = np.where(self._at_upper, reaction > 0, reaction < 0)
         below, above = self._held()
@@ -237,15 +234,11 @@ class ActiveSet:
         self._seen.add(mark)
         return Step(exchanged, finished)
 
-    def _iterations(self, exchanged: int) -> int:
-        if exchanged == 0:
-            return _MOST_ITERATIONS
-        return _LOOSE_ITERATIONS[exchanged <= _FEW * self.q.size]
-
-    def _solve(self, reaction: Vector, iterations: int) -> Vector:
+    def _solve(self, reaction: Vector, left: float) -> Vector:
+        """Solve the equations of the free nodes but for a part of the residual; zero means to rounding."""
         if self.direct:
-            return self._solve_direct(reaction, refined=iterations == _MOST_ITERATIONS)
-        return self._solve_iteratively(reaction, iterations)
+            return self._solve_direct(reaction, refined=left == 0.0)
+        return self._solve_iteratively(reaction, left)
 
     def _relax(self) -> None:
         """Do projected relaxation sweeps: Gauss-Seidel, or damped Jacobi where nothing is to be compiled."""
@@ -312,8 +305,8 @@ class ActiveSet:
             target[free] -= solve(rest)
         return target
 
-    def _solve_iteratively(self, reaction: Vector, iterations: int) -> Vector:
-        """Return the same by at most so many preconditioned conjugate gradient iterations; rounding errors end them."""
+    def _solve_iteratively(self, reaction: Vector, left: float) -> Vector:
+        """Return the same by preconditioned conjugate gradients that leave such a part of the residual."""
         keep = self._free
         target = self.omega.copy()
         residual = np.where(keep, -reaction, 0.0)
@@ -321,7 +314,7 @@ class ActiveSet:
         direction = np.zeros_like(target)
         before, first, done = 1.0, 0.0, 0
         part = None
-        for done in range(iterations):
+        for done in range(_MOST_ITERATIONS):
             if float(np.abs(residual).max()) <= floor:
                 break
             if part is None:
@@ -331,6 +324,8 @@ class ActiveSet:
             direction *= product / before
             direction += preconditioned
             before, first = product, first or product
+            if product <= left**2 * first:
+                break
             image = np.where(keep, self._parts.product(direction), 0.0)
             curvature = float((direction * image).sum())
             if not curvature > 0:

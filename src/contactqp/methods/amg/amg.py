@@ -30,7 +30,7 @@ _COARSEST = 400
 
 _MOST_LEVELS = 25
 
-_MOST_HELD = 0.1
+_MOST_HELD = 0.3
 """Part of a coarse unknown's squared shape that may lie on held unknowns, if the coarse one is not to be held, too."""
 
 _POWER_STEPS = 6
@@ -243,23 +243,10 @@ def _prolongation(level: Level) -> tuple[Transfer, Vector] | None:
     norms = np.sqrt(np.bincount(group[member], weights=candidate[member] ** 2, minlength=count))
     values = candidate[member] / norms[group[member]]
     tentative = sparse.csr_array((values, (member, group[member])), shape=(size, count))
-    # Weak couplings are added to the diagonal before smoothing, so that they do not spread the prolongation; the matrix
-    # keeps its product with the candidate.
-    kept = strong | (rows == indices)
-    dropped = data[~kept] * candidate[indices[~kept]]
-    weak = np.bincount(rows[~kept], weights=dropped, minlength=size) / candidate
-    filtered = np.where(kept, data, 0.0)
-    diagonal = 1.0 / level.inverse_diagonal + weak
-    diagonal = np.where(diagonal > 0, diagonal, 1.0 / level.inverse_diagonal)
-    scaled = -filtered / diagonal[rows]
-    scaled[rows == indices] = -1.0
-    all_kept = bool(kept.all())
-    smoother = sparse.csr_array((scaled, indices, indptr), shape=(size, size), copy=not all_kept)
-    scaled = smoother.data
+    scaled = -data * level.inverse_diagonal[rows]
+    smoother = sparse.csr_array((scaled, indices, indptr), shape=(size, size))
     scaled *= 4.0 / 3.0 / _spectral_radius(smoother)
     scaled[rows == indices] += 1.0
-    if not all_kept:
-        smoother.eliminate_zeros()
     prolongation = (smoother @ tentative).tocsr()
     prolongation.sort_indices()
     return Transfer(prolongation, group), norms
