@@ -67,3 +67,42 @@ def plate_over_bowl(nodes):
     x, y = np.meshgrid(*(spacing * np.arange(1, nodes + 1),) * 2)
     gap = 0.02 + 0.1 * ((x - 0.5) ** 2 + (y - 0.5) ** 2).ravel()
     return matrix, 1600.0 * spacing**4 - matrix @ gap
+
+
+def bowl_in_space(nodes):
+    """Return G and q of seven points on a cube of so many nodes a side, whose gap is that over a bowl in space."""
+    spacing = 1 / (nodes + 1)
+    line = sparse.diags_array([np.full(nodes, 2.0), -np.ones(nodes - 1), -np.ones(nodes - 1)], offsets=[0, 1, -1])
+    eye = sparse.eye_array(nodes)
+    matrix = sum(
+        sparse.kron(sparse.kron(*pair), last)
+        for pair, last in (((line, eye), eye), ((eye, line), eye), ((eye, eye), line))
+    )
+    side = np.arange(1, nodes + 1) * spacing - 0.5
+    support = 0.03 + 0.5 * (side[:, None, None] ** 2 + side[:, None] ** 2 + side**2).ravel()
+    matrix = (matrix * spacing).tocsr()
+    return matrix, matrix @ support - 2.0 * spacing**3
+
+
+def bowl_on_a_checkerboard(nodes, block, jump):
+    """Return G and q of five points between cells whose coefficients are 1 and ``jump`` in blocks, over a bowl."""
+    number = np.arange(nodes)
+    stiff = (number[:, None] // block + number // block) % 2 == 1
+    coefficient = np.where(stiff, jump, 1.0)
+    place = np.arange(nodes**2).reshape(nodes, nodes)
+    arms, one, other = [], [], []
+    for first, second in (((slice(None), slice(1, None)), (slice(None), slice(-1))), ((slice(1, None),), (slice(-1),))):
+        a, b = coefficient[first], coefficient[second]
+        arms.append((2 * a * b / (a + b)).ravel())
+        one.append(place[first].ravel())
+        other.append(place[second].ravel())
+    places = np.concatenate(one), np.concatenate(other)
+    beside = sparse.coo_array((np.concatenate(arms), places), shape=(nodes**2, nodes**2))
+    beside = (beside + beside.T).tocsr()
+    frame = np.zeros((nodes, nodes))
+    for edge in ((0,), (-1,), (slice(None), 0), (slice(None), -1)):
+        frame[edge] += coefficient[edge]
+    matrix = (sparse.diags_array(beside.sum(axis=1) + frame.ravel()) - beside).tocsr()
+    side = np.arange(1, nodes + 1) / (nodes + 1) - 0.5
+    support = 0.05 + 0.4 * (side[:, None] ** 2 + side**2).ravel()
+    return matrix, matrix @ support - 8.0 / (nodes + 1) ** 2

@@ -12,7 +12,12 @@ from contactqp.backends import TABLE
 
 MOST = 60
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
-OWN = {"contactqp.backends.psor", "contactqp.backends.multigrid", "contactqp.backends.active_set"}
+OWN = {
+    "contactqp.backends.psor",
+    "contactqp.backends.multigrid",
+    "contactqp.backends.active_set",
+    "contactqp.backends.mprgp",
+}
 LIBRARIES = sorted({place.split(":")[0] for place in TABLE.values()} - OWN)
 
 

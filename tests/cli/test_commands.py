@@ -339,7 +339,7 @@ def test_a_picture_has_the_title_of_its_case_above_its_own_headline(tmp_path, mo
     assert run(command, case, *arguments).exit_code == 0
     first, *others = heads[0].splitlines()
     assert (first == "disk over a dome") is titled
-    assert re.match("active-set: certified|6 backends, ", others[0] if titled else first)
+    assert re.match("active-set: certified|7 backends, ", others[0] if titled else first)
     if command == "compare":
         page = (tmp_path / "p.html").read_text(encoding="utf-8")
         assert f"<h1>{'disk over a dome' if titled else 'case.toml'}</h1>" in page

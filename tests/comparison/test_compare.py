@@ -28,7 +28,7 @@ def test_the_table_as_data(agreeing):
     frame = agreeing.to_frame()
     assert list(frame.index) == list(BACKENDS)
     assert (frame["status"] == "certified").all()
-    assert frame["contact"].tolist() == [303] * 6
+    assert frame["contact"].tolist() == [303] * 7
     assert (frame["certain_contact"] + frame["certain_clear"] + frame["undecided"] == 1857).all()
     assert (frame["relative_bound"] <= 1e-6).all()
     assert frame["objective"].to_numpy() == pytest.approx(-141.6537778, abs=1e-5)
@@ -37,7 +37,7 @@ def test_the_table_as_data(agreeing):
 
 def test_the_pairs_as_data(agreeing):
     pairs = agreeing.pairs_frame()
-    assert len(pairs) == 15
+    assert len(pairs) == 21
     assert (pairs["contact_jaccard"] == 0).all()
     assert pairs["consistent"].all()
     assert pairs["gap_difference"].max() < 2e-6 * HEXAGON.problem.gap_scale
@@ -56,11 +56,11 @@ def test_agreement_reads_well(agreeing):
         "backend", "status", "iterations", "seconds", "bound/scale", "true", "error", "min", "gap", "min", "R", "gap·R",
         "contact", "undecided",
     ]  # fmt: skip
-    assert lines[-1].startswith("All 6 backends agree: certified, max gap difference ")
+    assert lines[-1].startswith("All 7 backends agree: certified, max gap difference ")
     assert lines[-1].endswith("the same contact set.")
     assert max(map(len, lines)) <= 132
     html = agreeing._repr_html_()
-    assert html.count("<tr>") == 7
+    assert html.count("<tr>") == 8
     assert "gap·R" in html
 
 
@@ -68,7 +68,7 @@ def test_json_can_be_read_back(agreeing):
     record = json.loads(agreeing.to_json())
     assert record["agree"] is True
     assert [row["backend"] for row in record["backends"]] == list(BACKENDS)
-    assert len(record["pairs"]) == 15
+    assert len(record["pairs"]) == 21
     assert record["pairs"][0]["differing_nodes"] == []
 
 
@@ -121,10 +121,10 @@ def test_enclosures_that_exclude_each_other_convict_the_odd_one_out(agreeing):
     impossible = replace(old.certificate, lower=old.certificate.lower + 1.0, upper=old.certificate.upper + 1.0)
     wrong = beside(agreeing, psor=altered(old, certificate=impossible))
     assert not wrong.agree
-    assert wrong.culprits == {"psor": "excludes the answers of 5 of 5 other backends"}
+    assert wrong.culprits == {"psor": "excludes the answers of 6 of 6 other backends"}
     assert wrong.truth is None
     assert wrong.true_error == {}
-    assert len(wrong.findings) == 5
+    assert len(wrong.findings) == 6
     assert "the enclosures of osqp and psor contradict each other at 1857 nodes" in repr(wrong)
     assert json.loads(wrong.to_json())["truth"] is None
 
@@ -321,9 +321,9 @@ def test_beyond_m_matrices_agreement_rests_on_proofs(monkeypatch):
     assert list(comparison.culprits) == ["mangasarian"]
     assert "needs a Z-matrix" in comparison.culprits["mangasarian"]
     others = cq.compare(problem)
-    assert [row.backend for row in others.rows] == ["osqp", "clarabel", "psor", "active-set"]
+    assert [row.backend for row in others.rows] == ["osqp", "clarabel", "psor", "active-set", "mprgp"]
     assert others.agree
-    assert others.verdict().startswith("All 4 backends agree: certified")
+    assert others.verdict().startswith("All 5 backends agree: certified")
     monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     unproven = cq.compare(cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, 0.0, 0.0]))
     assert not unproven.agree

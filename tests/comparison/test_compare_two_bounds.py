@@ -42,7 +42,7 @@ def test_every_backend_that_suits_finds_both_contact_sets(agreeing):
     lower, upper = int(certificate.contact_lower.sum()), int(certificate.contact_upper.sum())
     assert min(lower, upper) >= 2
     assert agreeing.agree
-    assert list(agreeing.solutions) == ["osqp", "clarabel", "psor", "active-set"]  # as its G is a matrix
+    assert list(agreeing.solutions) == ["osqp", "clarabel", "psor", "active-set", "mprgp"]  # as its G is a matrix
     refused = cq.compare(MEMBRANE, ["mangasarian", "clarabel"])
     assert refused.rows[0].status == "unsuitable"
     assert "needs a problem without an upper bound" in refused.culprits["mangasarian"]

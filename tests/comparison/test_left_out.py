@@ -24,7 +24,7 @@ def test_what_is_left_out_is_told(impractical, tmp_path):
         "clarabel": "is practical up to 20 unknowns",
         "mangasarian": "is practical up to 10 unknowns",
     }
-    assert [row.backend for row in comparison.rows] == ["osqp", "psor", "multigrid", "active-set"]
+    assert [row.backend for row in comparison.rows] == ["osqp", "psor", "multigrid", "active-set", "mprgp"]
     assert comparison.agree
     assert "Left out: mangasarian is practical up to 10 unknowns." in repr(comparison)
     assert json.loads(comparison.to_json())["left_out"] == comparison.left_out
@@ -49,7 +49,7 @@ def test_where_nothing_is_practical_all_are_asked(monkeypatch):
 def test_half_a_million_nodes_are_left_to_what_is_fast():
     names, left_out = backends.usual_backends(cq.gallery.bowl(707).problem)
     assert names == ["psor", "multigrid", "active-set"]
-    assert list(left_out) == ["osqp", "clarabel", "mangasarian"]
+    assert list(left_out) == ["osqp", "clarabel", "mangasarian", "mprgp"]
 
 
 def test_answers_and_what_belongs_to_them_can_be_compared_by_equality():

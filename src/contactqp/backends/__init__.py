@@ -28,6 +28,7 @@ TABLE = {
     "psor": "contactqp.backends.psor:Psor",
     "multigrid": "contactqp.backends.multigrid:Multigrid",
     "active-set": "contactqp.backends.active_set:ActiveSetBackend",
+    "mprgp": "contactqp.backends.mprgp:Mprgp",
 }
 """Name of a backend to the module and class that realise it. A name that ends with a colon stands for a family: what
 its value names is called with what follows the colon, and returns the backend."""
@@ -116,8 +117,11 @@ def usual_backends(problem: ContactQP) -> tuple[list[str], dict[str, str]]:
     Examples
     --------
     >>> import contactqp as cq
-    >>> usual_backends(cq.gallery.bowl(127).problem)
-    (['osqp', 'clarabel', 'psor', 'multigrid', 'active-set'], {'mangasarian': 'is practical up to 10000 unknowns'})
+    >>> names, left_out = usual_backends(cq.gallery.bowl(127).problem)
+    >>> names
+    ['osqp', 'clarabel', 'psor', 'multigrid', 'active-set', 'mprgp']
+    >>> left_out
+    {'mangasarian': 'is practical up to 10000 unknowns'}
     """
     named: list[str] = []
     left_out: dict[str, str] = {}

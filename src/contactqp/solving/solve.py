@@ -36,9 +36,9 @@ def solve(
         What to solve; it is never modified.
     backend : str or Backend
         ``"auto"``, a name in `backend_names` (``"osqp"``, ``"clarabel"``, ``"mangasarian"``, ``"psor"``,
-        ``"multigrid"``, ``"active-set"``), or a `contactqp.backends.base.Backend`. ``"auto"`` takes active sets for few
-        unknowns, multigrid on a lattice, and otherwise active sets; the solution's
-        ``note`` says why.
+        ``"multigrid"``, ``"active-set"``, ``"mprgp"``), or a `contactqp.backends.base.Backend`. ``"auto"`` takes
+        multigrid on a lattice of more than some thousand nodes, and otherwise active sets; the solution's ``note`` says
+        why.
     tol : float or str
         Wanted bound of max|ω_i - ω*_i| against the exact solution ω* of the discrete problem, relative to the error
         scale: that is ``problem.gap_scale``, or the answer's largest deflection (for a matrix, gap) where that is

@@ -55,6 +55,9 @@ _LONG, _STALLED = 30, 0.8
 """Conjugate gradient iterations after which factors take over, if each has left so much of the residual in the
 preconditioner's norm, or more."""
 
+_PLAIN_STEPS = 5
+"""Steps in a solve that may be made whatever they cost, out of a point where the energy lets none be made."""
+
 _PATIENCE = 3
 """Steps in a row of rounding errors alone after which it ends, and of creeping ones after which the plain method
 takes over."""
@@ -118,12 +121,12 @@ class ActiveSet:
         self._parts = parts_of(matrix)
         self.direct = q.size <= DIRECT_SIZE or SparseStiffness(matrix).without_fill or self._parts.in_lines
         self._monotone, self._widening = monotone, Widening(matrix)
-        self._damping = _JACOBI_DAMPING if monotone or not self.direct else self._stable_damping()
         self._rows = rows_of(matrix)
         self._free: Mask = np.isneginf(self._lower)
         self._at_upper: Mask = np.zeros(q.size, dtype=np.bool_)
         self._idle = self._creeping = 0
         self._exchanged = q.size
+        self._guessed, self._plain_steps = False, 0
         self._seen: set[int] = set()
         self._part: Part | None = None
         self._part_free: Mask = self._free
@@ -135,6 +138,7 @@ class ActiveSet:
         self._free, self._at_upper = np.isneginf(self._lower), np.zeros(q.size, dtype=np.bool_)
         self._idle = self._creeping = 0
         self._exchanged = q.size
+        self._guessed, self._plain_steps = False, 0
         self._seen.clear()
         self._widening.restart()
 
@@ -154,7 +158,7 @@ class ActiveSet:
         coarse.restart(transfer.down @ self.q, lower, upper)
         coarse.start(report)
         coarse.take_steps(_COARSE_STEPS)
-        self.omega = self.projected(transfer.up @ coarse.omega)
+        self.omega, self._guessed = self.projected(transfer.up @ coarse.omega), True
 
     def take_steps(self, most: int) -> None:
         """Do so many steps, or fewer where no node changes sides any more."""
@@ -173,7 +177,15 @@ class ActiveSet:
         self._exchanged = exchanged = self._take(*held)
         reaction = self._parts.product(self.omega) + self.q
         target = self._solve(reaction, _LOOSE if exchanged else 0.0)
+        if target is None:
+            self._turn_to_factors()
+            return Step(exchanged, False)
         damping = self._move_to(target, reaction)
+        if not self._monotone and exchanged == 0 and damping < _CREEPING and self._plain_steps < _PLAIN_STEPS:
+            # Points between admissible ones never meet a bound that the target lies beyond. The plain step takes all
+            # such nodes into contact; from too large a contact set the energy falls again.
+            self._plain_steps += 1
+            self.omega = self.projected(target)
         self._widening.learn(exchanged, self.omega, self._lower, self._upper)
         moved = float(np.abs(self.omega - before).max())
         rounding = 4 * _ROUNDING * float(np.abs(self.omega).max())
@@ -221,7 +233,11 @@ class ActiveSet:
         """
         at_bound = np.where(self._at_upper, self._upper, self._lower) if self._upper.size else self._lower
         self.omega = np.where(self._free, self.omega, at_bound)
-        self.omega = self._solve(self._parts.product(self.omega) + self.q, 0.0)
+        solved = self._solve(self._parts.product(self.omega) + self.q, 0.0)
+        if solved is None:
+            self._turn_to_factors()
+            return Step(self.q.size, False)
+        self.omega = solved
         reaction = self._parts.product(self.omega) + self.q
         leaves = np.where(self._at_upper, reaction > 0, reaction < 0)
         below, above = self._held()
@@ -234,8 +250,11 @@ class ActiveSet:
         self._seen.add(mark)
         return Step(exchanged, finished)
 
-    def _solve(self, reaction: Vector, left: float) -> Vector:
-        """Solve the equations of the free nodes but for a part of the residual; zero means to rounding."""
+    def _solve(self, reaction: Vector, left: float) -> Vector | None:
+        """Solve the equations of the free nodes but for a part of the residual; zero means to rounding.
+
+        None is returned where that takes too many iterations, and factors will do.
+        """
         if self.direct:
             return self._solve_direct(reaction, refined=left == 0.0)
         return self._solve_iteratively(reaction, left)
@@ -276,12 +295,15 @@ class ActiveSet:
         correction = coarse.correction(reaction, self._lower - self.omega, above)
         self._move_to(self.omega + correction, reaction)
 
-    def _stable_damping(self) -> float:
-        """Return a factor by which damped Jacobi sweeps, and projected ones, lower the energy.
+    @cached_property
+    def _damping(self) -> float:
+        """A factor by which damped Jacobi sweeps, and projected ones, lower the energy.
 
-        That is below 2/ρ, ρ the largest eigenvalue of D⁻¹G. It is estimated from below, and at most the largest sum of
-        moduli in a row of D^(-1/2)GD^(-1/2).
+        For an M-matrix D⁻¹G has no eigenvalue above two. Else it is below 2/ρ, ρ the largest eigenvalue of D⁻¹G, which
+        is estimated from below, and at most the largest sum of moduli in a row of D^(-1/2)GD^(-1/2).
         """
+        if self._monotone:
+            return _JACOBI_DAMPING
         root = 1 / np.sqrt(self._diagonal)
         rows = np.repeat(np.arange(root.size), np.diff(self.matrix.indptr))
         moduli = np.abs(self.matrix.data) * root[rows] * root[self.matrix.indices]
@@ -305,7 +327,7 @@ class ActiveSet:
             target[free] -= solve(rest)
         return target
 
-    def _solve_iteratively(self, reaction: Vector, left: float) -> Vector:
+    def _solve_iteratively(self, reaction: Vector, left: float) -> Vector | None:
         """Return the same by preconditioned conjugate gradients that leave such a part of the residual."""
         keep = self._free
         target = self.omega.copy()
@@ -334,10 +356,17 @@ class ActiveSet:
             target += length * direction
             residual -= length * image
             if done == _LONG and before > _STALLED ** (2 * done) * first and self._parts.affordable:
-                # Aggregates of constants are no good for bending, whose energy does not see slopes.
-                self.direct = True
-                return self._solve_direct(reaction, refined=True)
+                return None
         return target
+
+    def _turn_to_factors(self) -> None:
+        """Go on by factors: aggregates of constants are no good for bending, whose energy does not see slopes.
+
+        Then a start from coarse problems is none either.
+        """
+        if self._guessed:
+            self.restart(self.q, self._lower, self._upper)
+        self.direct = True
 
     def _free_part(self) -> Part:
         """Return what does cycles for the free nodes."""
@@ -362,12 +391,14 @@ class ActiveSet:
         damping = max(0.0, -slope / curvature)
         before, self.omega = self.omega, projected
         self._relax()
-        relaxed_way = self.omega - before
-        gain = float((relaxed_way * (reaction + 0.5 * self._parts.product(relaxed_way))).sum())
-        if gain < damping * (slope + 0.5 * damping * curvature):
+        if self._gain(self.omega - before, reaction) < damping * (slope + 0.5 * damping * curvature):
             return 1.0
         self.omega = before + damping * way
         return damping
+
+    def _gain(self, way: Vector, reaction: Vector) -> float:
+        """Return by how much the energy rises on a way from where there is such a reaction."""
+        return float((way * (reaction + 0.5 * self._parts.product(way))).sum())
 
 
 class Coarse(ActiveSet):
