@@ -208,7 +208,7 @@ def test_unreadable_files_are_named(case, tmp_path):
 def test_compare_on_the_command_line(tmp_path):
     result = run("compare", EXAMPLES / "hexagon.toml", "--plot", tmp_path / "h.png", "--json", tmp_path / "h.json")
     assert result.exit_code == 0, result.output
-    assert "All 6 backends agree" in result.output
+    assert "All 7 backends agree" in result.output
     for name in BACKENDS:
         assert name in result.output
     assert (tmp_path / "h.png").stat().st_size > 10_000

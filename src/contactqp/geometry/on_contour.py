@@ -18,6 +18,9 @@ from .lattice import Lattice
 _LOUD = 0.05
 """Growth of the frame's width or height above which a lattice is warned of: deflections grow by twice as much."""
 
+_TOLD = 0.005
+"""Growth above which every answer carries a caution."""
+
 _PARTS = 10_000
 """Largest number of spacings along a side among those that are tried."""
 
@@ -93,8 +96,8 @@ class FrameFit:
         fitting : list of float
             Spacings that fit, as a remedy.
         """
-        caution = self._caution(fitting) if self.growth > _LOUD else ""
-        if caution:
+        caution = self._caution(fitting) if self.growth > _TOLD else ""
+        if self.growth > _LOUD:
             warnings.warn(caution, ContactWarning, stacklevel=stacklevel_outside())
         return Lattice(self.mask, self.spacing, self.origin, overshoot=self.overshoot, caution=caution)
 

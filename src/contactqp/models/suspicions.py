@@ -119,7 +119,7 @@ def _pierced_frame(heights: Heights) -> Iterator[str]:
         return
     yield (
         f"support stands above the frame at {pierced} of the {rise.size} places where nodes are joined to it, by "
-        f"{float(np.median(rise)):.3g} as a rule, so that nearly all nodes may be in contact from the frame on; "
+        f"{float(np.median(rise)):.3g} in the median, so that nearly all nodes may be in contact from the frame on; "
         f"{heights.sense}: check the signs of support and frame"
     )
 
@@ -142,7 +142,8 @@ def _other_side(heights: Heights, depth: Vector) -> Iterator[str]:
     if _NEARER * float(np.median(np.abs(known + frame))) > float(np.median(np.abs(known - frame))):
         return
     low, high = sorted(heights.told(float(end)) for end in (known.min(), known.max()))
+    lies = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
     yield (
-        f"support lies at {low:.4g} to {high:.4g} and the frame at {heights.told(frame):.4g}, on the other side of "
+        f"support lies at {lies} and the frame at {heights.told(frame):.4g}, on the other side of "
         f"height zero; {heights.sense}, but the depth of a profile is positive downwards in any model: check the signs"
     )

@@ -563,8 +563,12 @@ class Solution:
 
     @property
     def contact_pressure(self) -> Vector:
-        """ρ, the reaction over the area (cable: the length) that its node stands for, shape (n,)."""
-        return self.reaction / self._physical("contact_pressure").area_of_node("contact_pressure")
+        """ρ, the reaction over the area (cable: the length) that its node stands for, shape (n,).
+
+        It is zero where the certificate proves the node clear; the reaction keeps its rounding errors there.
+        """
+        pressure = self.reaction / self._physical("contact_pressure").area_of_node("contact_pressure")
+        return pressure if self.certificate is None else np.where(self.certificate.clear, 0.0, pressure)
 
     @property
     def max_slope(self) -> float:
