@@ -96,7 +96,8 @@ def _by_m_matrix_below(matrix: csr_array, units: Vector) -> float:
     be taken x ≥ 0 (Perron and Frobenius, for Ã⁻¹ ≥ 0), and λxᵀv = xᵀÃv ≥ xᵀs ≥ min(s_i/v_i) xᵀv with xᵀv > 0 (the
     bound of Collatz and Wielandt).
     """
-    middle = int(np.round(np.log2(np.sqrt(units.min() * units.max()))))
+    # Of subnormal numbers the units are so large that their product overflows.
+    middle = int(np.round((np.log2(units.min()) + np.log2(units.max())) / 2))
     one_unit = np.full_like(units, np.ldexp(1.0, middle))
     moderate = _scaled(matrix, one_unit)
     below = None if moderate is None else m_matrix_below(moderate)
