@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,6 +42,23 @@ class LeastEigenvalue:
     bound: float
     units: Vector
     proof: str
+
+    def of_exact_diagonal(self, diagonal: Vector, rounding: float) -> LeastEigenvalue | None:
+        """Return the bound for the matrix whose diagonal was rounded before this one was found; None if none is left.
+
+        Parameters
+        ----------
+        diagonal : array, shape (n,)
+            As rounded.
+        rounding : float
+            What each entry of it is off by at most, relative to it: no eigenvalue is off by more than the largest of
+            them (Weyl).
+        """
+        if not rounding:
+            return self
+        lost = 1.01 * rounding * float((diagonal * self.units * self.units).max())
+        bound = (self.bound - lost) * (1 - 4 * UNIT_ROUNDOFF)
+        return replace(self, bound=bound) if bound > 0 else None
 
 
 def proven_least_eigenvalue(matrix: csr_array) -> LeastEigenvalue | None:
