@@ -117,6 +117,15 @@ def test_the_bracket_holds_where_a_residual_over_the_stiffness_underflows():
         assert Fraction(low) <= exact <= Fraction(high)
 
 
+@pytest.mark.parametrize("stiffness", [[[2.0, -1.0], [-1.0, 2.0]], Stencil(np.ones((2, 2), dtype=bool), 1.0, 1.0)])
+def test_where_numbers_overflow_nothing_is_known_of_the_energy(stiffness):
+    """Without a warning, for an infinite bracket says as much."""
+    problem = cq.ContactQP(stiffness, -np.ones(getattr(stiffness, "size", 2)))
+    gap = np.full(problem.size, -1e308)
+    gap[0] = 1e308
+    assert cq.energy_bracket(problem, gap) == (-np.inf, np.inf)
+
+
 def test_the_energy_of_a_shut_gap_is_zero_exactly():
     problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [0.0, 0.0])
     assert cq.energy_bracket(problem, [0.0, 0.0]) == (0.0, 0.0)

@@ -139,8 +139,8 @@ def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket
     _, algebra = split(problem)
     omega = vector(gap, algebra.size, "gap")
     admissible = algebra.project(omega)
-    reaction = algebra.bounds.admissible_reaction(algebra.reaction(admissible))
     with np.errstate(over="ignore", invalid="ignore"):
+        reaction = algebra.bounds.admissible_reaction(algebra.reaction(admissible))
         high = _energy_above(algebra, admissible)
         low = _energy_below(algebra, reaction, admissible)
         if low < high:
