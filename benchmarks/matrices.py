@@ -16,9 +16,9 @@ Measures:
     clarabel   Clarabel on the smallest of the meshes
 
 The time of contact is that of making the problem, which proves what is needed of the matrix, and of `cq.solve` with tol
-1e-6; the first is told apart, too. The linear solve is pyamg's of Gx = -q to 1e-10 by conjugate gradients, the better of
-smoothed aggregation and Ruge and Stueben, set-up included; without pyamg (pip install '.[benchmarks]') it is left out.
-Times are the least of ``--repeat`` runs, taken in turn.
+1e-6; the first is told apart, too. The linear solve is pyamg's of Gx = -q to 1e-10 by conjugate gradients, by smoothed
+aggregation or as Ruge and Stueben have it, whichever is faster, set-up included; without pyamg (pip install
+'.[benchmarks]') it is left out. Times are the least of ``--repeat`` runs, taken in turn.
 """
 
 from __future__ import annotations

@@ -57,3 +57,16 @@ def test_what_is_too_wide_is_not_affordable(monkeypatch):
     assert Band(line).affordable
     monkeypatch.setattr("contactqp.algebra.band.MOST_WORK", 79.0)
     assert not Band(line).affordable
+
+
+def test_dense_factors_are_told_by_the_width_of_the_matrix_as_given():
+    """They are not reordered: their rows are as long as those of the matrix, which its band makes shorter."""
+    size = 80
+    joined = np.triu(np.random.default_rng(0).uniform(size=(size, size)) < 0.05, 1)
+    matrix = 8.0 * np.eye(size) + 0.1 * (joined + joined.T)
+    band = Band(sparse.csr_array(matrix))
+    assert 0.3 * size < band.width < 0.5 * size
+    reach = np.abs(np.subtract(*np.nonzero(matrix))).max()
+    assert reach > 1.5 * band.width
+    shift = 1.0
+    assert shift - band.proven_least_eigenvalue(shift) > (reach + 2) * 2.0**-53 * np.trace(matrix)

@@ -104,6 +104,21 @@ def test_what_is_not_positive_definite_has_no_eigenvalue_bound():
     assert proven_least_eigenvalue(csr_array(nearly)) is None
 
 
+@pytest.mark.parametrize("size", [1e-322, 1e-310, 1e-300, 1e300, 1e307])
+def test_the_smallest_eigenvalue_is_bounded_in_any_unit(size, monkeypatch):
+    """Both units of a matrix of subnormal numbers are so large that their product overflows."""
+    from scipy.sparse import csr_array
+
+    indefinite = np.array([[1.0, 1.5], [1.5, 1.0]])
+    assert proven_least_eigenvalue(csr_array(size * indefinite)) is None
+    monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 0)
+    triangle = size * np.array([[3.0, 0.5, -2.0], [0.5, 3.0, -2.0], [-2.0, -2.0, 5.0]])
+    least = proven_least_eigenvalue(csr_array(triangle))
+    assert least.proof == "an M-matrix below"
+    exact = np.linalg.eigvalsh(triangle * least.units * least.units[:, None]).min()
+    assert 0.5 * exact < least.bound < exact
+
+
 def test_nothing_is_claimed_where_nothing_is_known(monkeypatch):
     monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     problem = cq.ContactQP(FULL, [-1.0, 0.0, 0.0])

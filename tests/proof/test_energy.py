@@ -10,6 +10,7 @@ from rational import adversarial_answer, adversarial_bounds, adversarial_problem
 from strategies import enumerate_solution, problems
 
 import contactqp as cq
+from contactqp.algebra.stencil import Stencil
 
 
 @given(problem=problems(max_size=7), seed=st.integers(0, 2**32 - 1))
@@ -103,6 +104,26 @@ def test_the_bracket_holds_the_energy_where_it_underflows(size):
     exact = -(Fraction(size) ** 2) / 4
     assert Fraction(low) <= exact * (1 - Fraction(1, 10**12))
     assert exact * (1 + Fraction(1, 10**12)) <= Fraction(high)
+
+
+def test_the_bracket_holds_where_a_residual_over_the_stiffness_underflows():
+    """A string of stiffness 4e307 is lifted by 0.01 at each node: w_i = q i(n + 1 - i)/(2 arm), E = -qᵀw/2."""
+    arm, nodes = 4e307, 100
+    for share in range(40):
+        force = 0.01 * (1 + 0.01 * share)
+        problem = cq.ContactQP(Stencil(np.ones((1, nodes), dtype=bool), arm, 0.0), np.full(nodes, -force))
+        low, high = cq.energy_bracket(problem, np.zeros(nodes))
+        exact = -(Fraction(force) ** 2) / Fraction(arm) * sum(i * (nodes + 1 - i) for i in range(1, nodes + 1)) / 4
+        assert Fraction(low) <= exact <= Fraction(high)
+
+
+@pytest.mark.parametrize("stiffness", [[[2.0, -1.0], [-1.0, 2.0]], Stencil(np.ones((2, 2), dtype=bool), 1.0, 1.0)])
+def test_where_numbers_overflow_nothing_is_known_of_the_energy(stiffness):
+    """Without a warning, for an infinite bracket says as much."""
+    problem = cq.ContactQP(stiffness, -np.ones(getattr(stiffness, "size", 2)))
+    gap = np.full(problem.size, -1e308)
+    gap[0] = 1e308
+    assert cq.energy_bracket(problem, gap) == (-np.inf, np.inf)
 
 
 def test_the_energy_of_a_shut_gap_is_zero_exactly():

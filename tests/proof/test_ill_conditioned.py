@@ -1,10 +1,15 @@
 """Matrices that are nearly singular are told to be so, with a figure, and not to be something else."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
+from rational import exact_matrix
 
 import contactqp as cq
 from contactqp.algebra.conditioning import estimated_condition
+from contactqp.algebra.stencil import Stencil
+from contactqp.problem.eigenvalue import proven_least_eigenvalue
 
 
 def full(condition, size=4):
@@ -56,6 +61,46 @@ def test_a_singular_matrix_is_told_from_an_indefinite_one(matrix):
         cq.ContactQP(matrix, -np.ones(len(matrix)))
     with pytest.raises(ValueError, match="a factorisation finds 1 pivot <= 0"):
         cq.ContactQP([[1.0, 0.9, 0.0], [0.9, 1.0, 0.9], [0.0, 0.9, 1.0]], np.ones(3))
+
+
+def test_the_smallest_eigenvalue_of_a_lattice_is_that_of_the_exact_sums_of_its_arms():
+    """Where rounding hides a barrier from double precision, its factors are those of a rounded diagonal."""
+    found = 0
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        arms = rng.uniform(0.5, 2.0, (1, 4))
+        arms[0, [0, -1]] = 10.0 ** rng.uniform(-15, -14, 2)
+        stencil = Stencil(np.ones((1, 3), dtype=bool), arms, np.zeros((2, 3)))
+        problem = cq.ContactQP(stencil, np.zeros(3))
+        try:
+            least = None if problem.barrier is not None else problem.least_eigenvalue
+        except ValueError:  # singular in double precision
+            continue
+        if least is None:
+            continue
+        found += 1
+        units = [Fraction(float(unit)) for unit in least.units]
+        exact = exact_matrix(problem)
+        scaled = [
+            [units[i] * exact[i][j] * units[j] - (i == j) * Fraction(least.bound) for j in range(3)] for i in range(3)
+        ]
+        assert is_positive_definite(scaled)
+        assembled = proven_least_eigenvalue(problem.G)
+        # A sum of four arms is rounded twice.
+        rounded = 2 * 2.0**-53 * (stencil.diagonal() * least.units**2).max()
+        assert least.bound <= assembled.bound - rounded
+    assert found > 5
+
+
+def is_positive_definite(rows):
+    """Whether an exact symmetric matrix is, by the pivots of Gauss's elimination."""
+    for k, row in enumerate(rows):
+        if row[k] <= 0:
+            return False
+        for other in rows[k + 1 :]:
+            factor = other[k] / row[k]
+            other[k:] = [a - factor * b for a, b in zip(other[k:], row[k:], strict=True)]
+    return True
 
 
 @pytest.mark.parametrize("condition", [1e2, 1e8, 1e13])

@@ -68,7 +68,7 @@ class Band:
         self._rows, self._columns = (coordinate.astype(np.int64) for coordinate in given.coords)
         self._values = given.data
         self._place: NDArray[np.int64] = np.arange(self.size)
-        self.width = self._width()
+        self.width = self._width_as_given = self._width()
         if self.width and given.nnz < _NEARLY_DENSE * self.size**2:
             pattern = (np.ones(matrix.nnz, dtype=np.int8), matrix.indices, matrix.indptr)
             order = csgraph.reverse_cuthill_mckee(sparse.csr_matrix(pattern, shape=matrix.shape), symmetric_mode=True)
@@ -94,12 +94,16 @@ class Band:
         entries = self.size * (self.width + 1)
         return entries <= MOST_ENTRIES and float(entries) * (self.width + 1) <= MOST_WORK
 
+    @property
+    def _nearly_dense(self) -> bool:
+        return self.width > _NEARLY_DENSE * self.size
+
     def factors(self, shift: float = 0.0) -> Factors | None:
         """Return the Cholesky factors of the matrix less ``shift`` on its diagonal; None where they do not exist."""
         load_modules("scipy.linalg.lapack")
         from scipy.linalg import lapack
 
-        if self.width > _NEARLY_DENSE * self.size:
+        if self._nearly_dense:
             return self._dense_factors(shift)
         row, column = self._place[self._rows], self._place[self._columns]
         below = row >= column
@@ -142,14 +146,16 @@ class Band:
         matrix that differs from it by ΔA with \|ΔA_ij\| ≤ g √(a_ii a_jj), g = γ_{b+2}/(1 - γ_{b+2}), where b is the
         width of the band, because no entry of the factors is a sum of more than b products and there are none outside
         the band (Higham, *Accuracy and Stability of Numerical Algorithms*, 2002, theorems 10.3 and 10.5; Rump,
-        *Verification of positive definiteness*, BIT 46, 2006). So ‖ΔA‖ is at most g times the trace, and at most
+        *Verification of positive definiteness*, BIT 46, 2006). Dense factors are those of the matrix as given, so that
+        b is its width before the unknowns were ordered. So ‖ΔA‖ is at most g times the trace, and at most
         g (2b + 1) times the largest a_ii, and A has no eigenvalue below σ less that.
         """
         if self.factors(shift) is None:
             return 0.0
         diagonal = np.abs(self._matrix.diagonal())
-        growth = gamma(self.width + 2)
-        spread = min(float(diagonal.sum()) * (1 + gamma(self.size)), (2 * self.width + 1) * float(diagonal.max()))
+        width = self._width_as_given if self._nearly_dense else self.width
+        growth = gamma(width + 2)
+        spread = min(float(diagonal.sum()) * (1 + gamma(self.size)), (2 * width + 1) * float(diagonal.max()))
         # The diagonal was rounded when it was shifted.
         rounded = 2 * UNIT_ROUNDOFF * (float(diagonal.max()) + shift)
         lost = growth / (1 - growth) * spread + rounded + self.size * UNDERFLOW

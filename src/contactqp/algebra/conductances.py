@@ -50,7 +50,8 @@ def m_matrix_below(matrix: csr_array) -> csr_array | None:
     Parameters
     ----------
     matrix : csr_array, shape (n, n)
-        A: symmetric, with entries of moderate size, a positive diagonal, and ascending column numbers.
+        A: symmetric, in what is stored too, with entries of moderate size, a positive diagonal, and ascending column
+        numbers, none of them twice in a row.
 
     Returns
     -------

@@ -136,6 +136,11 @@ class Stencil(LatticeStiffness):
             joined = (west + east) + (south + north)
         return self.numbering.to_vector(np.broadcast_to(joined, self.mask.shape))
 
+    @property
+    def diagonal_rounding(self) -> float:
+        """See `Stiffness.diagonal_rounding`: each arm passes two sums, and one more turns it to the rounded entry."""
+        return gamma(3)
+
     def _joined_arms(self) -> float:
         """Return the stiffness of four equal arms together."""
         horizontal, vertical = float(self.horizontal), float(self.vertical)

@@ -91,6 +91,11 @@ class Stiffness(ABC):
     def tocsr(self) -> csr_array:
         """Return G as a sparse array with sorted column numbers."""
 
+    @property
+    def diagonal_rounding(self) -> float:
+        """What an entry of the diagonal that `diagonal` and `tocsr` return is off by at most, relative to it."""
+        return 0.0
+
     def equals(self, other: Stiffness) -> bool:
         """Whether another stiffness is held in the same way and consists of the same numbers, to the bit."""
         if self is other:

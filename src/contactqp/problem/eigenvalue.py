@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -44,6 +44,23 @@ class LeastEigenvalue:
     bound: float
     units: Vector
     proof: str
+
+    def of_exact_diagonal(self, diagonal: Vector, rounding: float) -> LeastEigenvalue | None:
+        """Return the bound for the matrix whose diagonal was rounded before this one was found; None if none is left.
+
+        Parameters
+        ----------
+        diagonal : array, shape (n,)
+            As rounded.
+        rounding : float
+            What each entry of it is off by at most, relative to it: no eigenvalue is off by more than the largest of
+            them (Weyl).
+        """
+        if not rounding:
+            return self
+        lost = 1.01 * rounding * float((diagonal * self.units * self.units).max())
+        bound = (self.bound - lost) * (1 - 4 * UNIT_ROUNDOFF)
+        return replace(self, bound=bound) if bound > 0 else None
 
 
 def proven_least_eigenvalue(
@@ -104,7 +121,8 @@ def _by_m_matrix_below(matrix: csr_array, units: Vector, cycle: Callable[[], Sol
     be taken x ≥ 0 (Perron and Frobenius, for Ã⁻¹ ≥ 0), and λxᵀv = xᵀÃv ≥ xᵀs ≥ min(s_i/v_i) xᵀv with xᵀv > 0 (the
     bound of Collatz and Wielandt).
     """
-    middle = int(np.round(np.log2(np.sqrt(units.min() * units.max()))))
+    # Of subnormal numbers the units are so large that their product overflows.
+    middle = int(np.round((np.log2(units.min()) + np.log2(units.max())) / 2))
     one_unit = np.full_like(units, np.ldexp(1.0, middle))
     moderate = _scaled(matrix, one_unit)
     below = None if moderate is None else m_matrix_below(moderate)

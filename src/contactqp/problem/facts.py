@@ -83,7 +83,9 @@ class MatrixFacts:
     @cached_property
     def least_eigenvalue(self) -> LeastEigenvalue | None:
         """A proven lower bound of the smallest eigenvalue of DGD, with powers of two D; None where none is proven."""
-        return proven_least_eigenvalue(self.G, self._cycle)
+        found = proven_least_eigenvalue(self.G, self._cycle)
+        stiffness = self.stiffness
+        return found and found.of_exact_diagonal(stiffness.diagonal(), stiffness.diagonal_rounding)
 
     @cached_property
     def estimated_least_eigenvalue(self) -> float:

@@ -139,8 +139,8 @@ def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket
     _, algebra = split(problem)
     omega = vector(gap, algebra.size, "gap")
     admissible = algebra.project(omega)
-    reaction = algebra.bounds.admissible_reaction(algebra.reaction(admissible))
     with np.errstate(over="ignore", invalid="ignore"):
+        reaction = algebra.bounds.admissible_reaction(algebra.reaction(admissible))
         high = _energy_above(algebra, admissible)
         low = _energy_below(algebra, reaction, admissible)
         if low < high:
@@ -183,7 +183,9 @@ def _most_of_inverse(problem: ContactQP, most: Vector) -> float:
     barrier = problem.comparison_barrier
     if barrier is not None:
         share = _surplus_part(problem, barrier.v, barrier.s)
-        multiple = float((most / barrier.s).max()) * _GROW / (1 - share) * _GROW if share < 1 else np.inf
+        # A subnormal quotient has lost digits, which what it is multiplied by may make much of.
+        largest = float((most / barrier.s).max()) + _TINY
+        multiple = largest * _GROW / (1 - share) * _GROW if share < 1 else np.inf
         above = _inner_between(most, np.asarray(barrier.v), np.zeros_like(most)).upper
         return multiple * above * _GROW + _TINY
     found = problem.least_eigenvalue
