@@ -266,7 +266,7 @@ class ContactModel(ABC):
         places = {"x": self.node_x, "y": self.node_y}
         return {name: Coordinate("node", np.array(place), length) for name, place in places.items()}
 
-    def laid_out(self, values: Vector) -> tuple[tuple[str, ...], NDArray[Any]]:
+    def laid_out(self, values: Vector | Mask) -> tuple[tuple[str, ...], NDArray[Any]]:
         """Return the dimensions of the nodes' values in a dataset, and the values laid out along them, a new array.
 
         Parameters

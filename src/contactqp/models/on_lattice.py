@@ -195,9 +195,9 @@ class LatticeModel(ContactModel):
         axes = {"x": self.lattice.x, "y": self.lattice.y}
         return {name: Coordinate(name, np.array(places), {"units": "length"}) for name, places in axes.items()}
 
-    def laid_out(self, values: Vector) -> tuple[tuple[str, ...], NDArray[Any]]:
-        """Return values of the nodes on the lattice's array, nan elsewhere; see `ContactModel.laid_out`."""
-        return ("y", "x"), self.lattice.scatter(values)
+    def laid_out(self, values: Vector | Mask) -> tuple[tuple[str, ...], NDArray[Any]]:
+        """Return the nodes' values on the lattice's array, nan or False elsewhere; see `ContactModel.laid_out`."""
+        return ("y", "x"), self.lattice.scatter(values, fill=False if values.dtype == np.bool_ else np.nan)
 
     @property
     def units(self) -> dict[str, str]:
