@@ -31,7 +31,9 @@ def test_rectangle_disk_and_hexagon_have_their_areas():
 
 
 def test_a_net_may_be_shifted():
-    with pytest.warns(cq.ContactWarning, match=r"3 x 3 instead of 2 x 2, up to 50% wider; with another origin it fits"):
+    with pytest.warns(
+        cq.ContactWarning, match="3 x 3 instead of 2 x 2, up to 50% wider; .*; with another origin it fits"
+    ):
         lattice = cq.Frame.rectangle(2, 2).lattice(1.0, origin=(0.5, 0.5))
     assert lattice.size == 4
     np.testing.assert_allclose(np.unique(lattice.node_x), [-0.5, 0.5])
@@ -140,10 +142,10 @@ def test_lattices_that_fitted_before_stay_as_they_were():
         assert frame.lattice(spacing).origin == frame.lattice(spacing, origin=(0.0, 0.0)).origin
 
 
-@pytest.mark.parametrize(("spacing", "wider", "fitting"), [(0.3, "20%", "0.25 or 0.333333333333"), (0.7, "40%", "0.5")])
+@pytest.mark.parametrize(("spacing", "wider", "fitting"), [(0.3, "20%", "0.25 or 0.5"), (0.7, "40%", "0.5")])
 def test_a_frame_that_grows_is_loud_and_names_spacings_that_fit(spacing, wider, fitting):
     with pytest.warns(
-        cq.ContactWarning, match=rf"instead of 1 x 1, up to {wider} wider; fitting spacings: {fitting}$"
+        cq.ContactWarning, match=rf"instead of 1 x 1, up to {wider} wider; .*; fitting spacings: {fitting}$"
     ) as w:
         lattice = cq.Frame.rectangle(1, 1).lattice(spacing)
     assert w[0].filename == __file__

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from ceilings import models_under_ceilings
-from springs import springs
+from springs import Springs, springs
 
 import contactqp as cq
 from contactqp.io.fields import Field, fields_of
@@ -31,7 +31,25 @@ def test_every_quantity_has_a_value_at_each_node_a_unit_and_a_meaning(model):
     assert list(data.data_vars) == list(fields)
     for name, field in fields.items():
         assert data[name].attrs == {"units": field.unit, "long_name": field.meaning}
-        np.testing.assert_array_equal(data[name].values[~np.isnan(data[name].values)], field.values)
+        laid_out = data[name].values[~np.isnan(data["load"].values)]
+        np.testing.assert_array_equal(laid_out, field.values)
+        assert laid_out.dtype == field.values.dtype
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: type(model).__name__)
+def test_contact_is_a_yes_or_no_and_pressure_is_nothing_where_it_is_certainly_clear(model):
+    solution = cq.solve(model, "psor", tol=1e-3)  # free nodes are left out of balance
+    data = solution.to_dataset()
+    clear = solution.certificate.clear
+    assert clear.any()
+    assert np.any(solution.reaction[clear] > 0) or isinstance(model, Springs)  # which resist their own nodes alone
+    assert data["contact"].dtype == bool
+    assert int(data["contact"].sum()) == np.count_nonzero(solution.contact)
+    if model.node_area is not None:
+        assert (solution.contact_pressure[clear] == 0).all()
+        np.testing.assert_array_equal(
+            solution.contact_pressure, np.where(clear, 0, solution.reaction / model.node_area)
+        )
 
 
 def test_a_bare_problem_has_gap_reaction_and_their_bounds():

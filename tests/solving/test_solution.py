@@ -34,9 +34,8 @@ def test_every_quantity_satisfies_its_definition(solution):
     model, problem = solution.model, solution.problem
     np.testing.assert_allclose(solution.deflection, model.support - solution.gap)
     np.testing.assert_allclose(solution.reaction, problem.G @ solution.gap + problem.q, atol=1e-14)
-    clear = solution.certificate.clear
-    assert clear.sum() > 1000
-    np.testing.assert_allclose(solution.contact_pressure, np.where(clear, 0.0, solution.reaction))
+    held = np.where(solution.certificate.clear, 0.0, solution.reaction)
+    np.testing.assert_array_equal(solution.contact_pressure, held)
     np.testing.assert_array_equal(solution.contact, solution.certificate.contact)
     balance = solution.force_balance
     assert balance.load == pytest.approx(balance.reaction + balance.frame)
@@ -121,7 +120,7 @@ def test_undecided_nodes_are_drawn_as_such():
     [
         cq.gallery.cable_on_floor(nodes=9, contact_starts_after=2)[0],
         cq.gallery.islands(),
-        cq.gallery.l_shape_with_hole(0.2),
+        cq.gallery.l_shape_with_hole(0.1),
         cq.Membrane(cq.Lattice.from_mask([[True]], 1.0), 1.0, load=1.0, support=0.1),
         cq.Membrane(cq.Frame.disk(1).lattice(0.2), 1.0, load=1.0, support=np.inf),
     ],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,8 @@ from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted, drawn
 from .lattice import Lattice, refuse_indistinct, spacing_of_nodes
-from .on_contour import FrameFit, nearest_fitting
+from .on_contour import FrameFit
+from .sides import Sides, is_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -178,12 +180,18 @@ class Frame:
         """Enclosed area (length squared)."""
         return float(self.geometry.area)
 
+    @cached_property
+    def sides(self) -> Sides:
+        """The straight sides of the contour."""
+        return Sides(self.geometry)
+
     def lattice(self, spacing: float, origin: Point | None = None) -> Lattice:
         """Lay a square lattice over the frame and keep the points strictly inside it.
 
         A point on the contour, to 1e-9 of the frame's extent, belongs to the frame. Beside the nodes the lattice's next
         points stand for the frame, so where the contour does not lie on the lattice the frame is a little too wide: by
-        `Lattice.overshoot`, which its repr tells. A disk never fits; a rectangle does if the spacing divides its sides.
+        `Lattice.overshoot`, which its repr tells, and `Lattice.caution` beside every answer. A disk never fits; a
+        polygon does whose sides lie along the axes or at 45°, if the spacing divides all of them.
 
         Parameters
         ----------
@@ -201,7 +209,8 @@ class Frame:
         Warns
         -----
         ContactWarning
-            If the frame grows by more than a twentieth in a direction: deflections grow by twice as much.
+            If the frame, or an arm of it between parallel sides, grows by more than a twentieth of its width:
+            deflections grow by twice as much.
 
         Raises
         ------
@@ -233,18 +242,18 @@ class Frame:
                 f"{inside} of spacing {spacing:g} lies inside {self!r}; "
                 f"choose a spacing well below {min(right - left, top - bottom):g}"
             )
-        return laid.lattice(nearest_fitting(right - left, top - bottom, spacing))
+        return laid.lattice()
 
     def _corner_that_fits(self, spacing: float) -> Point:
         """Return an origin by which the frame's box lies on the lattice, in each direction where there is one."""
         left, bottom, right, top = self.geometry.bounds
         wide, high = (
-            _whole(left / spacing) or _whole(right / spacing),
-            _whole(bottom / spacing) or _whole(top / spacing),
+            is_whole(left / spacing) or is_whole(right / spacing),
+            is_whole(bottom / spacing) or is_whole(top / spacing),
         )
         return (
-            left if _whole((right - left) / spacing) and not wide else 0.0,
-            bottom if _whole((top - bottom) / spacing) and not high else 0.0,
+            left if is_whole((right - left) / spacing) and not wide else 0.0,
+            bottom if is_whole((top - bottom) / spacing) and not high else 0.0,
         )
 
     def _laid(self, spacing: float, origin: Point) -> FrameFit | None:
@@ -267,7 +276,9 @@ class Frame:
         mask = np.asarray(self._inside(grid_x, grid_y, margin))
         if not mask.any():
             return None
-        return FrameFit(mask, spacing, (float(x[0]), float(y[0])), self.geometry.bounds, self._inside, margin)
+        return FrameFit(
+            mask, spacing, (float(x[0]), float(y[0])), self.geometry.bounds, self.sides, self._inside, margin
+        )
 
     def plot(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
         """Draw the frame: the contour and what it encloses.
@@ -342,10 +353,6 @@ def _point(value: Any, name: str) -> Point:
     if np.shape(value) != (2,):
         raise ValueError(f"{name} must be a pair (x, y), got {value!r}")
     return finite_number(value[0], f"{name}[0]"), finite_number(value[1], f"{name}[1]")
-
-
-def _whole(ratio: float) -> bool:
-    return abs(ratio - round(ratio)) <= 1e-9 * max(1.0, abs(ratio))
 
 
 def _covering(low: float, high: float, origin: float, spacing: float) -> NDArray[np.float64]:

@@ -51,7 +51,8 @@ class Lattice:
         How far outside the frame's contour, at most, the points lie that stand for the frame (length): 0 where the
         contour lies on the lattice, or where the lattice was made from a mask.
     caution : str
-        What is to be said of a lattice that is a good deal wider than its frame; else empty.
+        What is to be said of a lattice that is wider than its frame: by how much, where, and which spacings fit; else
+        empty.
 
     Examples
     --------
@@ -222,10 +223,15 @@ class Lattice:
         column_x, row_y = self.node_x[node], self.node_y[node]
         return f"node {node} (x={column_x:g}, y={row_y:g})"
 
+    @property
+    def fit(self) -> str:
+        """How far the frame lies outside its contour, in a few words; empty where it does not."""
+        return f"up to {self.overshoot:.2g} outside its contour" if self.overshoot else ""
+
     def __repr__(self) -> str:
         rows, columns = self.shape
         nodes = counted(self.size, "node")
-        outside = f", up to {self.overshoot:.2g} outside its contour" if self.overshoot else ""
+        outside = f", {self.fit}" if self.fit else ""
         return f"Lattice({nodes} in {rows} x {columns}, spacing={self.spacing:g}{outside})"
 
 

@@ -14,15 +14,16 @@ from ..errors import ContactWarning
 from ..foundation.checks import Mask
 from ..foundation.outside import stacklevel_outside
 from .lattice import Lattice
+from .sides import Moved, Sides
 
 _LOUD = 0.05
-"""Growth of the frame's width or height above which a lattice is warned of: deflections grow by twice as much."""
+"""Growth of a width of the frame above which a lattice is warned of: deflections grow by twice as much."""
 
-_TOLD = 0.005
-"""Growth above which every answer carries a caution."""
+_TOLD = 4
+"""Sides that a caution names."""
 
-_PARTS = 10_000
-"""Largest number of spacings along a side among those that are tried."""
+_LOOKED_AT = 100
+"""Moved sides whose distance from the next one is looked at: a coast may have thousands."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,8 @@ class FrameFit:
         Coordinates of ``mask[0, 0]`` (length).
     bounds : (float, float, float, float)
         Least x and y and largest x and y of the frame (length).
+    sides : Sides
+        Its straight sides.
     inside : callable
         Whether points lie inside the contour moved inwards by a margin.
     margin : float
@@ -48,6 +51,7 @@ class FrameFit:
     spacing: float
     origin: tuple[float, float]
     bounds: tuple[float, float, float, float]
+    sides: Sides
     inside: Callable[[NDArray[np.float64], NDArray[np.float64], float], Mask]
     margin: float
 
@@ -65,8 +69,23 @@ class FrameFit:
         return grown if grown > 1e-9 else 0.0
 
     @cached_property
+    def moved(self) -> list[Moved]:
+        """The sides along the axes that do not lie on the lattice, the farthest moved first."""
+        return self.sides.moved(self.spacing, self.origin)
+
+    @property
+    def loudest(self) -> float:
+        """By how much of a width the frame grows: of its own, or of that of an arm of it, whichever is more."""
+        return max([self.growth, *(side.distance / self.sides.width(side) for side in self.moved[:_LOOKED_AT])])
+
+    @property
     def overshoot(self) -> float:
         """How far outwards the contour must be moved to take in all points that stand for the frame (length)."""
+        return self._farthest[0]
+
+    @cached_property
+    def _farthest(self) -> tuple[float, float, float]:
+        """How far outside the contour a point that stands for the frame lies at most, and one that does, x and y."""
         padded = np.pad(self.mask, 1)
         beside = np.zeros_like(padded)
         beside[:-1] |= padded[1:]
@@ -77,52 +96,52 @@ class FrameFit:
         x = np.float64(self.origin[0]) + np.float64(self.spacing) * (column - 1)
         y = np.float64(self.origin[1]) + np.float64(self.spacing) * (row - 1)
 
-        def reached(distance: float) -> bool:
-            return bool(self.inside(x, y, -distance).all())
+        def outside(distance: float) -> NDArray[np.intp]:
+            return np.flatnonzero(~self.inside(x, y, -distance))
 
         low, high = 4 * self.margin, self.spacing
-        if reached(low):
-            return 0.0
+        last = outside(low)
+        if not last.size:
+            return 0.0, np.nan, np.nan
         while high - low > 1e-3 * self.spacing:
             middle = (low + high) / 2
-            low, high = (low, middle) if reached(middle) else (middle, high)
-        return high
+            beyond = outside(middle)
+            low, high, last = (middle, high, beyond) if beyond.size else (low, middle, last)
+        return high, float(x[last[0]]), float(y[last[0]])
 
-    def lattice(self, fitting: list[float]) -> Lattice:
-        """Return the lattice, and warn if the frame is a good deal wider with it than it is.
-
-        Parameters
-        ----------
-        fitting : list of float
-            Spacings that fit, as a remedy.
-        """
-        caution = self._caution(fitting) if self.growth > _TOLD else ""
-        if self.growth > _LOUD:
+    def lattice(self) -> Lattice:
+        """Return the lattice, with a caution where the frame grows, and warn if it grows a good deal."""
+        caution = self._caution() if self.overshoot else ""
+        if caution and self.loudest > _LOUD:
             warnings.warn(caution, ContactWarning, stacklevel=stacklevel_outside())
         return Lattice(self.mask, self.spacing, self.origin, overshoot=self.overshoot, caution=caution)
 
-    def _caution(self, fitting: list[float]) -> str:
-        left, bottom, right, top = self.bounds
-        told = [f"{each:.12g}" for each in fitting]
-        remedy = f"fitting spacings: {' or '.join(told)}" if told else "no spacing fits both: take a finer one"
+    def _caution(self) -> str:
+        distance, x, y = self._farthest
+        told = f"with spacing {self.spacing:g} the frame lies up to {distance:.2g} outside its contour"
+        if self.growth:
+            left, bottom, right, top = self.bounds
+            told += (
+                f": it is {self.widths[0]:.4g} x {self.widths[1]:.4g} instead of {right - left:.4g} x "
+                f"{top - bottom:.4g}, up to {_percent(self.growth)} wider"
+            )
+        if self.moved:
+            more = f" and {len(self.moved) - _TOLD} more" if len(self.moved) > _TOLD else ""
+            told += f"; sides: {', '.join(map(str, self.moved[:_TOLD]))}{more}"
+        else:
+            told += f"; most at x = {x:.6g}, y = {y:.6g}"
+        return f"{told}; {self._remedy()}"
+
+    def _remedy(self) -> str:
+        """Return which spacings fit, in words."""
+        fitting = self.sides.fitting(self.spacing)
         if any(abs(each / self.spacing - 1) < 1e-9 for each in fitting):
-            remedy = "with another origin it fits: leave the origin out, or put it on a corner of the frame"
-        return (
-            f"with spacing {self.spacing:g} the frame is {self.widths[0]:.4g} x {self.widths[1]:.4g} instead of "
-            f"{right - left:.4g} x {top - bottom:.4g}, up to {self.growth:.0%} wider; {remedy}"
-        )
+            return "with another origin it fits: leave the origin out, or put it on a corner of the frame"
+        if not fitting:
+            return "no spacing fits all sides: a finer one moves them less"
+        return f"fitting spacings: {' or '.join(f'{each:.12g}' for each in fitting)}"
 
 
-def nearest_fitting(width: float, height: float, spacing: float) -> list[float]:
-    """Return the spacings next to a given one, below and above it, that divide both sides of a rectangle.
-
-    Examples
-    --------
-    >>> nearest_fitting(3.0, 2.0, 0.3), nearest_fitting(2.0, 3**0.5, 0.3)
-    ([0.25, 0.3333333333333333], [])
-    """
-    parts = np.arange(2, _PARTS)
-    candidates = min(width, height) / parts
-    ratios = max(width, height) / candidates
-    fits = candidates[np.abs(ratios - np.round(ratios)) <= 1e-9 * ratios]
-    return [*fits[fits <= spacing][:1].tolist(), *fits[fits > spacing][-1:].tolist()]
+def _percent(part: float) -> str:
+    """Return a part as a percentage of at least one digit."""
+    return f"{part:.0%}" if part >= 0.01 else f"{100 * part:.1g}%"

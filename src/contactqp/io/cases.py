@@ -68,7 +68,7 @@ def load_case(path: str | Path) -> Membrane | Cable:
     ... frame = {shape = "disk", radius = 2.0}
     ... ''')
     >>> load_case(case)
-    Membrane(45 nodes, spacing=0.5, tension=1, load=2, support=0.3)
+    Membrane(45 nodes, spacing=0.5, tension=1, load=2, support=0.3, frame up to 0.24 outside its contour)
     """
     return read_case(path).model
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..foundation.checks import Vector
+from ..foundation.checks import Mask, Vector
 from ..models.records import states_of
 
 if TYPE_CHECKING:
@@ -24,13 +24,14 @@ class Field(NamedTuple):
     Attributes
     ----------
     values : array, shape (n,)
+        Numbers, or a yes or no for each node.
     unit : str
-        In words: length, force, force per area; 1 for a pure number.
+        In words: length, force, force per area; 1 for a pure number, and for yes and no.
     meaning : str
         What it is, in a few words.
     """
 
-    values: Vector
+    values: Vector | Mask
     unit: str
     meaning: str
 
@@ -45,7 +46,7 @@ def fields_of(solution: Answered) -> dict[str, Field]:
     Returns
     -------
     dict of str to Field
-        gap and reaction; of a model also deflection, support, load, and, where its nodes stand for an area,
+        gap, reaction and contact; of a model also deflection, support, load, and, where its nodes stand for an area,
         contact_pressure; with a certificate also gap_lower, gap_upper, reaction_lower, reaction_upper and
         contact_state (see `NodeState`). Where a model has no support, gap and its bounds are infinite.
 
@@ -70,6 +71,8 @@ def fields_of(solution: Answered) -> dict[str, Field]:
     else:
         shape, forces = _shape(solution, model), _forces(solution, model)
         fields = {"gap": clearance, **shape, "reaction": reaction, **forces}
+    told = "whether the node touches, by the backend's own answer: this, not reaction > 0, tells where there is contact"
+    fields["contact"] = Field(solution.contact, "1", told)
     if certificate is not None:
         fields |= _certified(certificate, *bounds)
         states = _ONE_SIDED if problem.one_sided else _TWO_SIDED
@@ -88,7 +91,9 @@ def _forces(solution: Answered, model: ContactModel) -> dict[str, Field]:
     fields = {"load": Field(model.load, model.units["load"], "active load, positive downwards")}
     if model.node_area is not None:
         unit = model.units["contact_pressure"]
-        fields["contact_pressure"] = Field(solution.contact_pressure, unit, "reaction of the support, upwards")
+        fields["contact_pressure"] = Field(
+            solution.contact_pressure, unit, "reaction of the support, upwards; 0 where clear"
+        )
     return fields
 
 

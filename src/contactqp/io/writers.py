@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..foundation.files import replaced_as_a_whole, require_writable
 from .datasets import solution_dataset
 from .fields import fields_of
@@ -56,7 +58,8 @@ def _write_netcdf(solution: Answered, model: ContactModel, path: Path) -> None:
 def _write_table(solution: Answered, model: ContactModel, path: Path) -> None:
     """Write a line for each node, with number, x, y and every quantity, below a line of names."""
     fields = fields_of(solution)
-    columns = [field.values.tolist() for field in fields.values()]
+    # Yes and no as 1 and 0, which every program reads.
+    columns = [np.multiply(field.values, 1).tolist() for field in fields.values()]
     nodes = zip(range(model.size), model.node_x.tolist(), model.node_y.tolist(), *columns, strict=True)
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")

@@ -19,6 +19,7 @@ from ..foundation.outside import stacklevel_outside
 from ..foundation.pictures import UnitNames, Wanted, drawn, drawn_in_space
 from ..foundation.text import counted, span_of
 from ..geometry.fields import Rows, in_rows, is_dataarray, sample_points
+from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
 from ..problem.contact_qp import ContactQP
@@ -141,6 +142,8 @@ class ContactModel(ABC):
     """Mean depth of the frame (length, positive downwards)."""
     _known_unreachable: Mask | None = None
     """Supports that the model which this one varies counts as none because they are out of reach."""
+    _laid_on: Lattice | None = None
+    """The lattice that the nodes are those of, if there is one."""
     _relative: ContactQP | None = None
     """A problem of other forces that this one can share all else with."""
 
@@ -263,7 +266,7 @@ class ContactModel(ABC):
         places = {"x": self.node_x, "y": self.node_y}
         return {name: Coordinate("node", np.array(place), length) for name, place in places.items()}
 
-    def laid_out(self, values: Vector) -> tuple[tuple[str, ...], NDArray[Any]]:
+    def laid_out(self, values: Vector | Mask) -> tuple[tuple[str, ...], NDArray[Any]]:
         """Return the dimensions of the nodes' values in a dataset, and the values laid out along them, a new array.
 
         Parameters
@@ -356,8 +359,9 @@ class ContactModel(ABC):
 
     @property
     def cautions(self) -> tuple[str, ...]:
-        """What the data probably do not mean, one sentence each."""
-        return tuple(self._suspicions())
+        """How much wider than the frame the lattice is, and what the data probably do not mean, one sentence each."""
+        laid_on = self._laid_on
+        return (*([laid_on.caution] if laid_on is not None and laid_on.caution else []), *self._suspicions())
 
     def _suspicions(self) -> Iterator[str]:
         frame = self._datum - self._frame_relief(), self._datum + self._frame_relief()
@@ -476,11 +480,17 @@ class ContactModel(ABC):
         parameters = [f"{name}={value:g}" for name, value in self.parameters.items()]
         return self._line_of_text(counted(self.size, "node"), *parameters)
 
+    @property
+    def _fit(self) -> str:
+        """How far the frame lies outside its contour, in a few words; empty where it does not."""
+        return "" if self._laid_on is None else self._laid_on.fit
+
     def _line_of_text(self, *facts: str) -> str:
         """Return the class with some facts, and what is to be said of any model: load, support and its absence."""
         unsupported = int(np.count_nonzero(~self.supported))
         facts = (*facts, f"load={span_of(self.load)}", f"support={span_of(self.support)}")
         more = [f"{unsupported} unsupported"] * bool(unsupported) + ["heights upwards"] * self.upwards
+        more += [f"frame {self._fit}"] * bool(self._fit)
         return f"{type(self).__name__}({', '.join([*facts, *more])})"
 
     def _repr_html_(self) -> str:
@@ -495,6 +505,7 @@ class ContactModel(ABC):
             "load": f"{span_of(self.load)} ({units['load']}, positive downwards)",
             "support": support if unsupported < self.size else "none",
             "unsupported": counted(unsupported, "node") if unsupported else "",
+            "frame": self._fit,
         }
         return card(type(self).__name__, facts)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..foundation.checks import Vector, finite_number, integer_at_least, positive_number
+from ..foundation.checks import Mask, Vector, finite_number, integer_at_least, positive_number
 from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
 from ..geometry.fields import of_x_and_y
 from ..geometry.lattice import Lattice, spacing_of_nodes
@@ -138,7 +138,7 @@ class Cable(LatticeModel):
         """Abscissae of the nodes (length)."""
         return {"x": super().coordinates["x"]}
 
-    def laid_out(self, values: Vector) -> tuple[tuple[str, ...], NDArray[Any]]:
+    def laid_out(self, values: Vector | Mask) -> tuple[tuple[str, ...], NDArray[Any]]:
         """Return values of the nodes along x; see `ContactModel.laid_out`."""
         _, grid = super().laid_out(values)
         return ("x",), grid[0]

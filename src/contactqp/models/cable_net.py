@@ -105,9 +105,6 @@ class CableNet(ContactModel):
     array([0.2])
     """
 
-    _lattice_shape: tuple[int, int] | None = None
-    """Rows and columns of the lattice whose rows and columns are the cables of an orthogonal net."""
-
     def __init__(
         self,
         positions: ArrayLike,
@@ -226,7 +223,7 @@ class CableNet(ContactModel):
             fixed_height=0.0 if heights is None else heights[frame],
             upwards=upwards,
         )
-        net._lattice_shape = lattice.shape
+        net._laid_on = lattice
         return net
 
     @staticmethod
@@ -393,10 +390,10 @@ class CableNet(ContactModel):
         return float(np.abs(self._frame - self._datum).max())
 
     def _reach(self) -> float:
-        if self._lattice_shape is not None:
+        if self._laid_on is not None:
             # As a membrane decides, so that the same supports count as none.
             stiffness = float(self.force_density[0])
-            return reach_on_lattice(self._lattice_shape, (stiffness, stiffness), self.load)
+            return reach_on_lattice(self._laid_on.shape, (stiffness, stiffness), self.load)
         # The deflection of any node is at most the whole load times the node's own softness, and that is at most the
         # softness of a path to a fixed point: to take the other segments away makes a net softer (Rayleigh).
         load_modules("scipy.sparse", "scipy.sparse.csgraph")

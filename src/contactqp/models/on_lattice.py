@@ -61,7 +61,7 @@ class LatticeModel(ContactModel):
                 f"lattice must be a Lattice, got {type(lattice).__name__}; "
                 "make one with Frame.lattice or Lattice.from_mask"
             )
-        self.lattice = lattice
+        self.lattice = self._laid_on = lattice
         self.upwards, self.rows = boolean(upwards, "upwards"), checked_rows(rows)
         self.tension = tension
         self.stencil = Stencil(lattice.mask, *arms)
@@ -82,11 +82,6 @@ class LatticeModel(ContactModel):
     def in_own_rows(self, field: Any, name: str, rows: Rows | None) -> Any:
         """See `ContactModel.in_own_rows`."""
         return in_rows(field, name, rows, self.rows)
-
-    @property
-    def cautions(self) -> tuple[str, ...]:
-        """What the data probably do not mean, and how much wider than the frame the lattice is, one sentence each."""
-        return (*([self.lattice.caution] if self.lattice.caution else []), *super().cautions)
 
     @property
     def node_x(self) -> Vector:
@@ -200,9 +195,9 @@ class LatticeModel(ContactModel):
         axes = {"x": self.lattice.x, "y": self.lattice.y}
         return {name: Coordinate(name, np.array(places), {"units": "length"}) for name, places in axes.items()}
 
-    def laid_out(self, values: Vector) -> tuple[tuple[str, ...], NDArray[Any]]:
-        """Return values of the nodes on the lattice's array, nan elsewhere; see `ContactModel.laid_out`."""
-        return ("y", "x"), self.lattice.scatter(values)
+    def laid_out(self, values: Vector | Mask) -> tuple[tuple[str, ...], NDArray[Any]]:
+        """Return the nodes' values on the lattice's array, nan or False elsewhere; see `ContactModel.laid_out`."""
+        return ("y", "x"), self.lattice.scatter(values, fill=False if values.dtype == np.bool_ else np.nan)
 
     @property
     def units(self) -> dict[str, str]:

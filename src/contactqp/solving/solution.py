@@ -532,7 +532,11 @@ class Solution:
 
     @cached_property
     def reaction(self) -> Vector:
-        """R = Gω + q, the support's nodal force (force, upwards), shape (n,)."""
+        """R = Gω + q, the support's nodal force (force, upwards), shape (n,).
+
+        It is the answer's own: where a node is free, what is left out of balance, of either sign. Where the membrane
+        touches is told by `contact`, not by ``reaction > 0``.
+        """
         return read_only(self.problem.stiffness.matvec(self.gap) + self.problem.q)
 
     @property
@@ -565,9 +569,11 @@ class Solution:
     def contact_pressure(self) -> Vector:
         """ρ, the reaction over the area (cable: the length) that its node stands for, shape (n,).
 
-        It is zero where the certificate proves the node clear; the reaction keeps its rounding errors there.
+        It is exactly 0 at nodes that are certainly clear, where the answer's own reaction is what rounding, or its
+        error, has left out of balance, of either sign.
         """
-        pressure = self.reaction / self._physical("contact_pressure").area_of_node("contact_pressure")
+        area = self._physical("contact_pressure").area_of_node("contact_pressure")
+        pressure = self.reaction / area
         return pressure if self.certificate is None else np.where(self.certificate.clear, 0.0, pressure)
 
     @property
@@ -628,10 +634,11 @@ class Solution:
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
 
-        Variables: gap, deflection, support, reaction, contact_pressure, load, gap_lower, gap_upper, reaction_lower,
-        reaction_upper, and contact_state (1 certainly in contact with the support, 2 with an upper bound, 0 certainly
-        clear, -1 undecided). Where there is no support, gap and its bounds are infinite. A cable net's has the dim
-        node, with the coordinates x, y and point, and no contact_pressure.
+        Variables: gap, deflection, support, reaction, contact_pressure, load, contact (the backend's own contact set,
+        True or False), gap_lower, gap_upper, reaction_lower, reaction_upper, and contact_state (1 certainly in contact
+        with the support, 2 with an upper bound, 0 certainly clear, -1 undecided). Where there is no support, gap and
+        its bounds are infinite. A cable net's has the dim node, with the coordinates x, y and point, and no
+        contact_pressure.
         """
         from ..io.datasets import solution_dataset
 
