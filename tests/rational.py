@@ -80,6 +80,17 @@ def _with_held_nodes(matrix, q, held):
     return gap
 
 
+def is_positive_definite(rows):
+    """Whether an exact symmetric matrix is, by the pivots of Gauss's elimination."""
+    for k, row in enumerate(rows):
+        if row[k] <= 0:
+            return False
+        for other in rows[k + 1 :]:
+            factor = other[k] / row[k]
+            other[k:] = [a - factor * b for a, b in zip(other[k:], row[k:], strict=True)]
+    return True
+
+
 def m_matrix(rng, size):
     """Return a symmetric M-matrix, at times nearly singular or of scales far apart."""
     weights = np.triu(10.0 ** rng.uniform(-rng.choice([0.5, 6]), 0.5, (size, size)), 1)

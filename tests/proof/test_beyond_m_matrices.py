@@ -1,10 +1,13 @@
 """Enclosures beyond M-matrices."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
-from rational import adversarial_answer, assert_certificate_holds, exact_solution
+from rational import adversarial_answer, assert_certificate_holds, exact_solution, is_positive_definite
 
 import contactqp as cq
+from contactqp.algebra.sparse import checked_matrix
 from contactqp.problem.eigenvalue import proven_least_eigenvalue
 from contactqp.proof.judge import judge
 
@@ -93,6 +96,49 @@ def test_the_smallest_eigenvalue_is_bounded_from_below_and_closely(size):
     least = proven_least_eigenvalue(cq.ContactQP(matrix, np.zeros(size)).G)
     exact = np.linalg.eigvalsh(least.units[:, None] * matrix * least.units).min()
     assert 0.05 * exact < least.bound < exact
+
+
+def nearly_singular_or_indefinite(rng, size):
+    """Return a symmetric matrix whose smallest eigenvalue is about zero, or one of edges that others may pay."""
+    if rng.uniform() < 0.5:
+        vectors, _ = np.linalg.qr(rng.normal(size=(size, size)))
+        matrix = (vectors * np.r_[rng.choice([-1, 1]) * 10.0 ** rng.uniform(-17, -12), np.ones(size - 1)]) @ vectors.T
+    else:
+        edges = np.tril(10.0 ** rng.uniform(-8, 0, (size, size)), -1) * rng.choice([-1, -1, 1], (size, size))
+        matrix = edges + edges.T
+        matrix += np.diag(np.abs(matrix).sum(axis=1) if rng.uniform() < 0.3 else -matrix.sum(axis=1))
+        matrix[0, 0] += 10.0 ** rng.uniform(-16, -8)
+    unit = (
+        2.0 ** rng.integers(-200, 200, size) if rng.uniform() < 0.3 else np.full(size, 10.0 ** rng.uniform(-150, 150))
+    )
+    matrix = np.tril(unit[:, None] * matrix * unit)
+    return matrix + np.tril(matrix, -1).T
+
+
+@pytest.mark.parametrize("proof", ["factors", "an M-matrix below"])
+def test_the_smallest_eigenvalue_is_bounded_in_rational_arithmetic(proof, monkeypatch):
+    if proof != "factors":
+        monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 0)
+    proven = 0
+    for case in range(600):
+        rng = np.random.default_rng([1975, case])
+        size = int(rng.integers(2, 6))
+        try:
+            matrix = checked_matrix(nearly_singular_or_indefinite(rng, size))
+        except ValueError:  # a diagonal entry <= 0
+            continue
+        least = proven_least_eigenvalue(matrix)
+        if least is None:
+            continue
+        proven += 1
+        assert least.proof == proof
+        units = [Fraction(unit) for unit in least.units]
+        scaled = [[Fraction(x) * u for x, u in zip(row, units, strict=True)] for row in matrix.toarray()]
+        rows = [[x * u for x in row] for row, u in zip(scaled, units, strict=True)]
+        for i in range(size):
+            rows[i][i] -= Fraction(least.bound) * (1 - Fraction(1, 10**30))
+        assert is_positive_definite(rows)
+    assert proven > 50
 
 
 def test_what_is_not_positive_definite_has_no_eigenvalue_bound():

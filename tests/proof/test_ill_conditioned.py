@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from rational import exact_matrix
+from rational import exact_matrix, is_positive_definite
 
 import contactqp as cq
 from contactqp.algebra.conditioning import estimated_condition
@@ -90,17 +90,6 @@ def test_the_smallest_eigenvalue_of_a_lattice_is_that_of_the_exact_sums_of_its_a
         rounded = 2 * 2.0**-53 * (stencil.diagonal() * least.units**2).max()
         assert least.bound <= assembled.bound - rounded
     assert found > 5
-
-
-def is_positive_definite(rows):
-    """Whether an exact symmetric matrix is, by the pivots of Gauss's elimination."""
-    for k, row in enumerate(rows):
-        if row[k] <= 0:
-            return False
-        for other in rows[k + 1 :]:
-            factor = other[k] / row[k]
-            other[k:] = [a - factor * b for a, b in zip(other[k:], row[k:], strict=True)]
-    return True
 
 
 @pytest.mark.parametrize("condition", [1e2, 1e8, 1e13])
