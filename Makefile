@@ -74,7 +74,7 @@ benchmarks-smoke: $(VENV)/.installed-benchmarks  ## Run every benchmark once at 
 	$(BIN)/python benchmarks/certificates.py --problems "cable 199" --sizes 31
 	$(BIN)/python benchmarks/relaxation.py --loads 0.01 --nodes
 	$(BIN)/python benchmarks/sessions.py --repeat 1 --path 63 --touchdown 15
-	$(BIN)/python benchmarks/matrices.py mesh beam plate clarabel --repeat 1 --largest 5000
+	$(BIN)/python benchmarks/matrices.py --repeat 1 --largest 5000
 	$(BIN)/python benchmarks/speed.py --repeat 1 --general-qp 15 --linear-amg 63 --own-linear 63 --per-node 63 \
 		--growth 511 --cycles 255 --nested 63 --huge 63
 
