@@ -1,15 +1,15 @@
 """Primal-dual active set iteration, safeguarded by energy.
 
 Hintermüller, Ito and Kunisch, *The primal-dual active set strategy as a semismooth Newton method*, SIAM J. Optim. 13
-(2002): hold the contact nodes at their bounds, solve for the others, exchange those of the wrong sign. From a
-cold start the contact set moves by a node or so a step, so that the steps grow with the mesh; hence five additions.
-Large problems start from coarser ones (nested iteration over an algebraic hierarchy), and each of their steps makes a
+(2002): hold the contact nodes at their bounds, solve for the others, exchange those of the wrong sign. From a cold
+start the contact set moves by a node or so a step, so that the steps grow with the mesh; hence five additions. Large
+problems start from coarser ones (nested iteration over an algebraic hierarchy), and each of their steps makes a
 correction by coarser ones, which moves the contact set by many nodes at once. Nodes are exchanged by projected
 relaxation, which moves them by the size of their violation. Where the set creeps all the same, layers of nodes are
-released together (`widening`). And the energy ½ωᵀGω + qᵀω falls in every step, by a line search where need be, so that
-no set can come back. Where the line search leaves next to nothing of the steps, plain ones are made: for a Z-matrix from
-then on, as without upper bounds they come to an end from any start, although the energy may rise; for others a few in a
-solve.
+released together (`widening`). And the energy ½ωᵀGω + qᵀω falls in every step, by a line search where need be, so
+that no set can come back. Where the line search leaves next to nothing of the steps, plain ones are made: for a
+Z-matrix from then on, as without upper bounds they come to an end from any start, although the energy may rise; for
+others a few in a solve.
 """
 
 from __future__ import annotations
