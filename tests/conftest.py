@@ -12,6 +12,8 @@ from kernels import HALVES
 
 pytest_plugins = ["pytester"]
 
+for _name in ("COLUMNS", "LINES"):  # a shell exports them, or readline to processes that run tests side by side
+    os.environ.pop(_name, None)
 matplotlib.use("Agg")
 settings.register_profile(
     "contactqp", deadline=None, derandomize=True, max_examples=60, suppress_health_check=[HealthCheck.too_slow]
