@@ -9,6 +9,11 @@ MINIMUMS_DAY := 2025-12-01
 MINIMUMS := .venv-minimums
 
 FAST := -m pytest -m "not slow"
+
+# Tests that run at a time: on few cores more of them would take each other's time, which some tests measure. They start
+# a hundred programs, which find the package's bytecode also where Python is told to write none.
+WORKERS ?= 2
+SIDE_BY_SIDE := -m pytest --numprocesses $(WORKERS) --dist worksteal
 DOWNLOADS := --no-python-downloads --quiet
 
 .PHONY: demo help test lint types tests minimums matrix wheel sdist-test notebooks benchmarks benchmarks-smoke news clean
@@ -32,7 +37,7 @@ types: $(VENV)/.installed-dev  ## Types
 	$(BIN)/mypy
 
 tests: $(VENV)/.installed-dev  ## All tests, the code of README and docstrings, and the notebooks
-	$(BIN)/python -m pytest
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python $(SIDE_BY_SIDE)
 
 minimums: $(MINIMUMS)/.installed  ## The fast tests with every dependency at the lowest version that pyproject.toml allows
 	NUMBA_CACHE_DIR=$(CURDIR)/$(MINIMUMS)/numba $(MINIMUMS)/bin/python $(FAST)

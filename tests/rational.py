@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from fractions import Fraction
 from itertools import product
 
@@ -32,7 +31,7 @@ def exact_matrix(problem):
 
 
 def exact_solution(problem, guess=None):
-    """Return gap and reaction of the exact solution, trying every contact set, that of ``guess`` first.
+    """Return gap and reaction of the exact solution, from the contact set of ``guess`` on, or trying every one.
 
     A contact set is a state for each node: 0 free, -1 held by the lower bound, 1 by the upper one. ``guess`` is one,
     or a mask of the free nodes where there are no upper bounds.
@@ -45,21 +44,35 @@ def exact_solution(problem, guess=None):
         1: [Fraction(float(x)) if np.isfinite(x) else None for x in problem.upper],
     }
     choices = [(0, *(state for state in (-1, 1) if bounds[state][i] is not None)) for i in range(size)]
-    patterns: Iterable[tuple[int, ...]] = product(*choices)
+    pattern: tuple[int, ...] = (0,) * size
     if guess is not None:
         guess = np.where(guess | ~problem.supported, 0, -1) if np.asarray(guess).dtype == bool else guess
-        patterns = [tuple(int(x) for x in guess), *patterns]
-    for pattern in patterns:
-        held = {i: bounds[state][i] for i, state in enumerate(pattern) if state}
-        gap = _with_held_nodes(matrix, q, held)
-        if any(bounds[-1][i] is not None and gap[i] < bounds[-1][i] for i in range(size)):
-            continue
-        if any(bounds[1][i] is not None and gap[i] > bounds[1][i] for i in range(size)):
-            continue
+        pattern = tuple(int(x) for x in guess)
+
+    def after(pattern):
+        """Return gap and reaction of a contact set, and the one that follows: itself where they are the solution."""
+        gap = _with_held_nodes(matrix, q, {i: bounds[state][i] for i, state in enumerate(pattern) if state})
         reaction = [
             sum(a * b for a, b in zip(row, gap, strict=True)) + force for row, force in zip(matrix, q, strict=True)
         ]
-        if all(-state * reaction[i] >= 0 for i, state in enumerate(pattern) if state):
+        following = list(pattern)
+        for i, state in enumerate(pattern):
+            if state:
+                following[i] = state if -state * reaction[i] >= 0 else 0
+            elif bounds[-1][i] is not None and gap[i] < bounds[-1][i]:
+                following[i] = -1
+            elif bounds[1][i] is not None and gap[i] > bounds[1][i]:
+                following[i] = 1
+        return gap, reaction, tuple(following)
+
+    for _ in range(size + 2):  # mostly it ends there; where it goes round, every set is tried
+        gap, reaction, following = after(pattern)
+        if following == pattern:
+            return gap, reaction
+        pattern = following
+    for pattern in product(*choices):
+        gap, reaction, following = after(pattern)
+        if following == pattern:
             return gap, reaction
     raise AssertionError("a positive definite problem has a solution")
 

@@ -190,7 +190,7 @@ def test_the_bracket_holds_in_rational_numbers_for_adversarial_problems(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10, 15))
+@pytest.mark.parametrize("seed", range(10, 13))
 def test_the_bracket_holds_in_rational_numbers_thousands_of_times(seed):
     check_the_bracket_in_rational_numbers(seed, 1000, near_singular_problem)
     check_the_bracket_in_rational_numbers(seed, 500, lambda rng: adversarial_problem(rng, 4))
