@@ -25,6 +25,7 @@ from ..foundation.progress import Progress
 from ..foundation.text import at_most, counted
 from ..methods.factors import DIRECT_SIZE
 from ..models.base import ContactModel, ForceBalance, split
+from ..models.records import held_reaction
 from ..problem.contact_qp import ContactQP
 from ..problem.posed import Units
 from ..proof.certificate import Certificate
@@ -573,8 +574,7 @@ class Solution:
         error, has left out of balance, of either sign.
         """
         area = self._physical("contact_pressure").area_of_node("contact_pressure")
-        pressure = self.reaction / area
-        return pressure if self.certificate is None else np.where(self.certificate.clear, 0.0, pressure)
+        return held_reaction(self) / area
 
     @property
     def max_slope(self) -> float:
