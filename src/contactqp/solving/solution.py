@@ -653,7 +653,7 @@ class Solution:
         title: str | None = None,
         units: UnitNames = "",
     ) -> Figure:
-        """Draw the contact map and the middle section with support, deflection and reaction.
+        """Draw the contact map and a section with support, deflection and reaction.
 
         The certain states have their own colours: in contact, clear, undecided; a line marks the free boundary.
         A cable and any model whose nodes lie in a line have a section only, a cable net its plan and a view in space,
@@ -667,7 +667,8 @@ class Solution:
         kind : {"map", "surface"}
             ``"surface"`` is a view of a membrane in space, see `plot3d`.
         section : float, optional
-            Ordinate y of the section (length); the nearest row is drawn. By default the middle one.
+            Ordinate y of the section (length); the nearest row is drawn. By default the middle one, or where that
+            touches nowhere the one of the largest reaction.
         title : str, optional
             Headline in place of the picture's own.
         units : str or mapping, optional
