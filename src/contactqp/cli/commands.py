@@ -116,7 +116,7 @@ def certify(
         Path,
         typer.Argument(
             help="What any program computed for CASE: .npy or .csv with a number for each node, in their order or as "
-            "an array of the lattice's shape; or .nc.",
+            "an array of the lattice's shape; or .nc or .csv as solve --out writes it.",
             show_default=False,
         ),
     ],

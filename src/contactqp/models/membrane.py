@@ -28,8 +28,8 @@ class Membrane(LatticeModel):
         DataArray is placed by its coordinates.
     support : number, array, xarray.DataArray or function of (x, y)
         Height f of the rigid profile (length), given as the load is, or as a profile. Heights are positive downwards,
-        unless ``upwards``; ``inf`` (``-inf``) where there is no support. A support far beyond the load's reach counts as
-        none, see `unreachable`.
+        unless ``upwards``; ``inf`` (``-inf``) where there is no support. A support far beyond the load's reach counts
+        as none, see `unreachable`.
     frame_height : number, array or function of (x, y)
         Height of the frame, positive as those of the support, length.
     upwards : bool
