@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..foundation.text import shortened
+from ..foundation.terminal import line_width
+from ..foundation.text import folded, shortened
 from .application import (
     EXIT_NOT_CERTIFIED,
     EXIT_OK,
@@ -93,11 +94,11 @@ def solve(
 
     model, title = _read(case)
     solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
-    typer.echo(repr(solution))
+    _echo_facts(repr(solution))
     if solution.certificate is not None:
-        typer.echo(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
+        _echo_facts(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
         if model.node_area is not None:
-            typer.echo(f"  contact     {_told(solution.contact_area)} ({_AREAS[model.units['load']]})")
+            _echo_facts(f"  contact     {_told(solution.contact_area)} ({_AREAS[model.units['load']]})")
     if out is not None:
         write_solution(solution, model, out)
         typer.echo(f"fields: {out}")
@@ -222,6 +223,16 @@ def backends() -> None:
 
 
 _AREAS = {"force per area": "area", "force per length": "length"}
+
+
+_BEFORE_FACTS = 14
+"""Characters before what a line of a solution tells."""
+
+
+def _echo_facts(text: str) -> None:
+    """Print lines of names and facts; where a terminal is too narrow, a fact goes on below itself."""
+    room = line_width()
+    typer.echo(text if room is None else folded(text, room, _BEFORE_FACTS))
 
 
 def _told(bracket: Bracket) -> str:

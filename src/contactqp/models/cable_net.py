@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, boolean, positive_number, read_only, refuse_non_finite
+from ..foundation.keywords import known_by_name
 from ..foundation.loading import load_modules
 from ..foundation.text import counted
 from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample, sample_points
@@ -107,6 +108,7 @@ class CableNet(ContactModel):
     array([0.2])
     """
 
+    @known_by_name
     def __init__(
         self,
         positions: ArrayLike,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..foundation.checks import positive_number
-from ..foundation.keywords import by_name_after
+from ..foundation.keywords import by_name_after, known_by_name
 from ..geometry.fields import FieldLike, Rows
 from ..geometry.lattice import Lattice
 from .on_lattice import LatticeModel
@@ -61,6 +61,7 @@ class Membrane(LatticeModel):
     _load_unit = "force per area"
     _pressure_unit = "force per area"
 
+    @known_by_name
     @by_name_after(2, "load", "support", "frame_height")
     def __init__(
         self,

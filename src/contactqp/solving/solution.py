@@ -735,9 +735,7 @@ class Solution:
             proof = f"weaker bound, {lacking}" if self.certificate.weaker else "certified"
             yield "gap error", f"<= {at_most(self.certificate.gap_bound)} ({proof}), {relative}"
             yield "against", DISCRETE
-            certain, clear = (int(np.count_nonzero(m)) for m in (self.certificate.contact, self.certificate.clear))
-            undecided = int(np.count_nonzero(self.certificate.undecided))
-            yield "nodes", f"{certain} in contact, {clear} clear, {undecided} undecided"
+            yield "nodes", f"{_counts_of(self.certificate)}: proven of the exact solution"
         elif self.residuals is not None:
             residual = f"{self.residuals.natural_residual:.2g} (natural), {self.relative_residual:.1g} {wanted}"
             yield "residual", f"{residual}; no enclosure is known for this matrix"
@@ -752,3 +750,12 @@ class Solution:
             if self._conditioning:
                 yield "matrix", self._conditioning
             yield "advice", self.status.advice
+
+
+def _counts_of(certificate: Certificate) -> str:
+    """Return how many nodes are proven to be in which state, in words."""
+    proven = {"in contact": certificate.contact}
+    if not certificate.problem.one_sided:
+        proven = {"at lower": certificate.contact_lower, "at upper": certificate.contact_upper}
+    states = {**proven, "clear": certificate.clear, "undecided": certificate.undecided}
+    return ", ".join(f"{np.count_nonzero(nodes)} {name}" for name, nodes in states.items())
