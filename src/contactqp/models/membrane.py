@@ -61,8 +61,8 @@ class Membrane(LatticeModel):
     _load_unit = "force per area"
     _pressure_unit = "force per area"
 
-    @known_by_name
     @by_name_after(2, "load", "support", "frame_height")
+    @known_by_name
     def __init__(
         self,
         lattice: Lattice,

@@ -143,9 +143,10 @@ class LatticeModel(ContactModel):
             bends.append(np.abs(np.diff(at_nodes, n=2, axis=0)).ravel())
             for end in (slice(None), slice(None, None, -1)):
                 node, beside, place = across[end][1:], outside[end][:-1], level[end]
-                # The fall from the node next to the frame to the one beyond it, if there is one with a support.
+                # How the support rises from the node next to the frame to the one beyond it. If it falls there, it may
+                # be higher at the frame than at the node, but nobody knows how far.
                 fall = np.zeros_like(at_nodes)
-                fall[:-1] = np.nan_to_num(np.diff(at_nodes[end], axis=0))
+                fall[:-1] = np.minimum(np.nan_to_num(np.diff(at_nodes[end], axis=0)), 0.0)
                 joined = (node >= 0) & beside
                 nodes.append(node[joined])
                 above.append((place[:-1] - place[1:] + fall[1:])[joined])

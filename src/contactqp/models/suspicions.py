@@ -48,8 +48,8 @@ class Joints(NamedTuple):
     node : array of int, shape (m,)
         The node of each place.
     above : array, shape (m,)
-        By how much the support, carried on from the nodes to the frame, stands above it (length); -inf where there is
-        no support.
+        By how much the support, carried on from the nodes to the frame, and the node's own, stand above the frame, the
+        lower of the two (length); -inf where there is no support.
     bends : array, shape (k,)
         By how much the support misses what is carried on from node to node elsewhere, without sign (length).
     """
