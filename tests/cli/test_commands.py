@@ -387,6 +387,12 @@ def test_lines_that_are_too_long_go_on_below_what_they_tell(tmp_path, command):
     assert "sides: x = 2.5 at 2.7" in " ".join(result.stdout.split())
 
 
+def test_a_reaction_of_nothing_is_told_as_nothing(tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text('model = "cable"\nspan = 10\nspacing = 1\ntension = 1\nload = 0.01\nsupport = 2\n')
+    assert "  reaction    0 in all (force)" in run("solve", case).stdout.splitlines()
+
+
 def load_case_quietly(case):
     with pytest.warns(cq.ContactWarning):
         return load_case(case)

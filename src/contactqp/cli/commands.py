@@ -235,9 +235,14 @@ def _echo_facts(text: str) -> None:
     typer.echo(text if room is None else folded(text, room, _BEFORE_FACTS))
 
 
+_NOTHING = 1e-300
+"""Sums of less are told as 0."""
+
+
 def _told(bracket: Bracket) -> str:
     """Return what is known of a quantity: a number, or the two that it lies between where they differ as written."""
-    low, high = f"{bracket.lower:.6g}", f"{bracket.upper:.6g}"
+    # Where doubles end, what is left of rounding a sum outwards is nothing.
+    low, high = (f"{end if abs(end) > _NOTHING else 0.0:.6g}" for end in bracket)
     return low if low == high else f"{low} to {high}"
 
 
