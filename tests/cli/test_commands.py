@@ -364,3 +364,52 @@ def test_certify_writes_every_format_of_solutions(tmp_path):
     assert head.startswith("node,x,y,gap,")
     assert "gap_upper" in head
     assert "gap_upper" in xr.load_dataset(tmp_path / "e.nc")
+
+
+# Narrow terminals.
+
+
+@pytest.mark.parametrize("command", ["solve", "certify"])
+def test_lines_that_are_too_long_go_on_below_what_they_tell(tmp_path, command):
+    case = tmp_path / "case.toml"
+    corners = "[[0, 0], [5, 0], [5, 2.5], [2.5, 2.5], [2.5, 5], [0, 5]]"
+    case.write_text(
+        f'spacing = 0.3\ntension = 1\nload = 0.01\nsupport = 1\nframe = {{shape = "polygon", corners = {corners}}}\n'
+    )
+    answer = [written(tmp_path / "a.npy", np.zeros(load_case_quietly(case).size))] if command == "certify" else []
+    result = run(command, case, *answer, columns=80)
+    assert max(map(len, result.stdout.splitlines())) <= 80 + len(str(tmp_path)) * (command == "certify")
+    told = result.stdout.splitlines()
+    first = next(k for k, line in enumerate(told) if line.strip().startswith("caution"))
+    hanging = 14 if command == "solve" else 12
+    assert told[first + 1].startswith(" " * hanging)
+    assert told[first + 1][hanging] != " "
+    assert "sides: x = 2.5 at 2.7" in " ".join(result.stdout.split())
+
+
+def test_a_reaction_of_nothing_is_told_as_nothing(tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text('model = "cable"\nspan = 10\nspacing = 1\ntension = 1\nload = 0.01\nsupport = 2\n')
+    assert "  reaction    0 in all (force)" in run("solve", case).stdout.splitlines()
+
+
+def load_case_quietly(case):
+    with pytest.warns(cq.ContactWarning):
+        return load_case(case)
+
+
+def test_a_comparison_has_the_columns_that_the_terminal_has_room_for(monkeypatch):
+    comparison = cq.compare(cq.Cable(nodes=9, spacing=1.0, tension=1.0, load=1.0, support=2.0), ["psor", "active-set"])
+    whole = repr(comparison)
+    monkeypatch.setenv("COLUMNS", "80")
+    narrow = repr(comparison)
+    assert max(map(len, narrow.splitlines())) <= 80 < max(map(len, whole.splitlines()))
+    assert "Left out for want of room: " in narrow
+    assert "Left out" not in whole
+
+
+def test_the_least_push_of_no_node_is_none():
+    rows = cq.compare(cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0], lower=0.0, upper=1.0), ["psor"])
+    assert "inf" not in repr(rows).splitlines()[4]
+    free = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0], lower=[0.0, 0.0], upper=[0.1, 2.0])
+    assert "1 at lower, 1 at upper, 0 clear, 0 undecided: proven" in repr(cq.solve(free))

@@ -169,7 +169,11 @@ def test_missing_values_are_refused_by_node_or_taken_for_no_support(case, tmp_pa
         load_case(case('{file = "f.tif"}'))
     model = load_case(case('{file = "f.tif", missing = "none"}'))
     assert np.flatnonzero(~model.supported).tolist() == [7]
-    assert load_case(case('{file = "f.tif", missing = "none"}', "upwards = true", load="100.0")).support[7] == -np.inf
+    above = "upwards = true\nframe_height = 99.0"
+    assert load_case(case('{file = "f.tif", missing = "none"}', above, load="100.0")).support[7] == -np.inf
+    np.savetxt(tmp_path / "f.csv", np.where(stored == np.float32(no_data), np.nan, stored), delimiter=",")
+    model = load_case(case('{file = "f.csv", missing = "none"}'))
+    assert np.count_nonzero(~model.supported) == 1
     with pytest.raises(cq.CaseFileError, match=r'load.missing = "none" goes with a support only'):
         load_case(case("1.0", load='{file = "f.tif", missing = "none"}'))
 

@@ -27,13 +27,38 @@ def test_what_is_written_is_read_again(tmp_path, suffix, upwards):
         for name in ("gap", "deflection", "reaction"):
             np.testing.assert_array_equal([float(row[name]) for row in rows], getattr(solution, name))
         np.testing.assert_array_equal([float(row["x"]) for row in rows], model.node_x)
-        np.save(tmp_path / "deflection.npy", solution.deflection)
-        np.testing.assert_allclose(
-            read_answer(tmp_path / "deflection.npy", model, "deflection"), solution.gap, atol=1e-15
-        )
-    else:
-        np.testing.assert_array_equal(read_answer(file, model, "gap"), solution.gap)
-        np.testing.assert_allclose(read_answer(file, model, "deflection"), solution.gap, atol=1e-15)
+        assert [row["contact"] for row in rows] == [str(int(each)) for each in solution.contact]
+    np.testing.assert_array_equal(read_answer(file, model, "gap"), solution.gap)
+    np.testing.assert_allclose(read_answer(file, model, "deflection"), solution.gap, atol=1e-15)
+
+
+def test_a_table_of_nodes_is_read_in_any_order_and_where_there_is_no_support(tmp_path):
+    model = cq.Membrane(LATTICE, 1.0, load=4.0, support=lambda x, y: np.where(x < 0, 0.1, np.inf))
+    solution = cq.solve(model)
+    file = tmp_path / "answer.csv"
+    write_solution(solution, model, file)
+    head, *lines = file.read_text().splitlines()
+    file.write_text("\n".join([head, *lines[::-1]]) + "\n\n")
+    np.testing.assert_allclose(read_answer(file, model), solution.gap, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("node,gap\n0,1\n", r"column node must hold each of 0, ..., 2 once, got 1 lines"),
+        ("node,gap\n0,1\n1,1\n1,1\n", "must hold each of 0, ..., 2 once, got 3 lines"),
+        ("node,gap\n0,1\n1\n2,1\n", "line 3 has 1 entries, and the line of names 2"),
+        ("node,gap\n0,1\n1,x\n2,1\n", "line 3: could not convert string to float: 'x'; write numbers only"),
+        ("node,gaps\n0,1\n1,1\n2,1\n", "it has no column gap, but node, gaps; did you mean 'gaps'"),
+        ("node,gap\n0,nan\n1,1\n2,1\n", "gap .* nan"),
+    ],
+)
+def test_tables_of_nodes_that_are_none_say_what_is_wrong(tmp_path, text, told):
+    model = cq.Cable(nodes=3, spacing=1.0, tension=1.0, load=1.0, support=1.0)
+    file = tmp_path / "answer.csv"
+    file.write_text(text)
+    with pytest.raises(cq.CaseFileError, match=told):
+        read_answer(file, model)
 
 
 def test_unknown_suffixes_are_refused(tmp_path):

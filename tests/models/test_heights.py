@@ -165,6 +165,44 @@ def test_hills_within_the_frame_and_ground_that_goes_on_from_it_are_not_warned_o
 
 
 @pytest.mark.parametrize("upwards", [False, True])
+@pytest.mark.parametrize("kind", ["membrane", "net"])
+def test_a_support_above_a_part_of_the_frame_is_told_of_by_its_place(kind, upwards):
+    """A floor at an elevation of 0.1, over which the frame falls from 0.3 to -0.1."""
+    sign = 1.0 if upwards else -1.0
+    given = {"load": 0.1, "support": sign * 0.1, "frame_height": lambda x, y: sign * (0.1 - 0.05 * x)}
+    told = r"at 11 of the 24 .*, by 0.2 at most, first at node 4 .*x=1, y=-2\).*check the heights of support and frame"
+    make = {"membrane": cq.Membrane, "net": cq.CableNet.orthogonal}[kind]
+    with pytest.warns(cq.ContactWarning, match=told):
+        model = make(LATTICE, 1.0, **given, upwards=upwards)
+    assert any("above the frame" in caution for caution in cq.solve(model).cautions)
+
+
+def test_a_sloping_support_above_a_part_of_the_frame_is_told_of():
+    with pytest.warns(cq.ContactWarning, match="above the frame at 11 of the 24 .*, by 0.7 at most"):
+        cq.Membrane(LATTICE, 1.0, load=0.1, support=lambda x, y: 0.1 * x, frame_height=lambda x, y: -0.1 * x)
+    with pytest.warns(cq.ContactWarning, match="above the frame at 1 of the 2 places .*first at node 98"):
+        cq.Cable(100, spacing=1.0, tension=1.0, load=1.0, support=lambda x: 1 - 0.011 * x)
+
+
+def test_a_support_that_falls_steeply_beside_the_frame_is_not_above_it():
+    def cliff(x, y):
+        return np.where(np.abs(x) > 2.5, 0.2, 1e3)
+
+    assert not cq.Membrane(LATTICE, 1.0, load=0.1, support=cliff).cautions
+
+
+def test_ground_that_goes_on_from_the_frame_is_not_above_it():
+    def ground(x, y):
+        return 0.05 * x**2 + 0.3 * y
+
+    rough = np.random.default_rng(0).normal(size=(7, 9))
+    for height in (ground, rough):
+        cq.Membrane(LATTICE, 1.0, load=0.1, support=height, frame_height=height)
+    bed = cq.profiles.Sampled(np.arange(11.0), rough.ravel()[:11], interpolation="pchip")
+    cq.Cable(10, spacing=0.1, tension=1.0, load=1.0, support=bed, frame_height=bed)
+
+
+@pytest.mark.parametrize("upwards", [False, True])
 def test_loads_and_supports_that_exclude_contact_are_warned_of(upwards):
     with pytest.warns(cq.ContactWarning, match="nowhere presses downwards and the support lies below the frame"):
         model = cq.Membrane(LATTICE, 1.0, load=-0.03, support=-0.3 if upwards else 0.3, upwards=upwards)
@@ -176,7 +214,7 @@ def test_loads_and_supports_that_exclude_contact_are_warned_of(upwards):
 def test_a_number_for_missing_data_is_warned_of_by_its_node(value):
     support = np.full(LATTICE.size, 40.0) + np.arange(LATTICE.size) / 10
     support[[7, 9]] = value
-    match = rf"support is {value:g} at node 7 \(x=-3, y=-1\) and 1 more node, and from 40 to 43.4 elsewhere"
+    match = rf"support is {value:g} at node 7 \(x=-3, y=-1\) and 1 more node, and 40 to 43.4 elsewhere"
     with pytest.warns(cq.ContactWarning, match=match.replace("+", r"\+")):
         cq.Membrane(LATTICE, 1.0, load=1.0, support=support)
 
@@ -245,6 +283,16 @@ def test_depths_of_a_profile_where_elevations_were_meant_are_told():
         cq.Membrane(LATTICE, 1.0, load=0.2, support=cq.profiles.Plane(4.55), frame_height=5.0, upwards=True)
     right = cq.Membrane(LATTICE, 1.0, load=0.2, support=cq.profiles.Plane(-4.55), frame_height=5.0, upwards=True)
     assert not right.cautions
+
+
+def test_ground_on_the_other_side_of_height_zero_than_the_frame_is_natural():
+    for lattice_model in (cq.Membrane, cq.CableNet.orthogonal):
+        assert not lattice_model(LATTICE, 1.0, load=0.2, support=-0.3, frame_height=0.2, upwards=True).cautions
+    profile = cq.profiles.Plane(0.3)
+    with pytest.warns(cq.ContactWarning, match="support lies at -0.3 and the frame at 0.25, on the other side"):
+        cq.Membrane(LATTICE, 1.0, load=0.2, support=profile, frame_height=0.25, upwards=True)
+    net = cq.CableNet.orthogonal(LATTICE, 1.0, load=0.2, support=profile, frame_height=0.25, upwards=True)
+    assert "support lies at -0.3 and the frame" in net.cautions[0]
 
 
 def test_of_a_segment_too_weak_for_double_precision_no_bound_is_known_and_nothing_is_dropped():

@@ -105,7 +105,8 @@ def test_axes_of_ones_own_are_drawn_into(membrane, solution):
 def test_a_section_is_the_row_nearest_to_where_it_is_wanted(solution, membrane):
     figure = solution.plot(section=1.3, units="m", title="T")
     titles = [axes.get_title() for axes in figure.axes]
-    assert "Section at y = 1.5" in titles
+    assert "Section at y = 1.5, the row nearest to 1.3" in titles
+    assert "Section at y = 1.5" in [axes.get_title() for axes in solution.plot(section=1.5).axes]
     assert figure.get_suptitle().strip() == "T"
     with pytest.raises(ValueError, match="section must lie between y = -2 and 2, got 9"):
         membrane.plot(section=9.0)

@@ -382,9 +382,8 @@ class Backend(ABC):
         for option in options:
             if option not in known:
                 listed = ", ".join(known) or "none"
-                raise TypeError(
-                    f"backend {self.name!r} has no option {option!r}{nearest(option, known)}; its options: {listed}"
-                )
+                meant = nearest(option, [*known, *_OF_EVERY_BACKEND])
+                raise TypeError(f"backend {self.name!r} has no option {option!r}{meant}; its options: {listed}")
 
     def check_problem(self, problem: ContactQP) -> None:
         """Raise an UnsuitableProblemError if the problem lacks a property that the method relies on."""
@@ -392,6 +391,10 @@ class Backend(ABC):
             reason = need.holds(problem)
             if reason is not None:
                 raise UnsuitableProblemError(f"backend {self.name!r} needs {reason}")
+
+
+_OF_EVERY_BACKEND = ("tol", "max_iter", "time_limit", "warm_start", "on_failure")
+"""Arguments of `solve` beside the options, which may have been meant."""
 
 
 @cache

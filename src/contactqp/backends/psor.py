@@ -128,7 +128,7 @@ class Psor(Backend):
         return Answer(
             gap=sweeper.gap() if rule.judged is None else rule.judged,
             stop=stop,
-            termination=f"{why} after {done} sweeps, relaxation {beta:.3f}",
+            termination=f"{why} after {done} sweeps, relaxation {beta:.4g}",
             iterations=done,
             setup_seconds=setup_seconds,
             solve_seconds=working_seconds() - started - setup_seconds,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..foundation.text import shortened
+from ..foundation.terminal import line_width
+from ..foundation.text import folded, shortened
 from .application import (
     EXIT_NOT_CERTIFIED,
     EXIT_OK,
@@ -93,11 +94,11 @@ def solve(
 
     model, title = _read(case)
     solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
-    typer.echo(repr(solution))
+    _echo_facts(repr(solution))
     if solution.certificate is not None:
-        typer.echo(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
+        _echo_facts(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
         if model.node_area is not None:
-            typer.echo(f"  contact     {_told(solution.contact_area)} ({_AREAS[model.units['load']]})")
+            _echo_facts(f"  contact     {_told(solution.contact_area)} ({_AREAS[model.units['load']]})")
     if out is not None:
         write_solution(solution, model, out)
         typer.echo(f"fields: {out}")
@@ -116,7 +117,7 @@ def certify(
         Path,
         typer.Argument(
             help="What any program computed for CASE: .npy or .csv with a number for each node, in their order or as "
-            "an array of the lattice's shape; or .nc.",
+            "an array of the lattice's shape; or .nc or .csv as solve --out writes it.",
             show_default=False,
         ),
     ],
@@ -224,9 +225,24 @@ def backends() -> None:
 _AREAS = {"force per area": "area", "force per length": "length"}
 
 
+_BEFORE_FACTS = 14
+"""Characters before what a line of a solution tells."""
+
+
+def _echo_facts(text: str) -> None:
+    """Print lines of names and facts; where a terminal is too narrow, a fact goes on below itself."""
+    room = line_width()
+    typer.echo(text if room is None else folded(text, room, _BEFORE_FACTS))
+
+
+_NOTHING = 1e-300
+"""Sums of less are told as 0."""
+
+
 def _told(bracket: Bracket) -> str:
     """Return what is known of a quantity: a number, or the two that it lies between where they differ as written."""
-    low, high = f"{bracket.lower:.6g}", f"{bracket.upper:.6g}"
+    # Where doubles end, what is left of rounding a sum outwards is nothing.
+    low, high = (f"{end if abs(end) > _NOTHING else 0.0:.6g}" for end in bracket)
     return low if low == high else f"{low} to {high}"
 
 

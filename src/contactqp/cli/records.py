@@ -11,7 +11,7 @@ from .._version import __version__
 from ..foundation.files import replaced_as_a_whole
 from ..foundation.json_text import json_of
 from ..foundation.terminal import table_console
-from ..foundation.text import at_most
+from ..foundation.text import at_most, folded, known_number
 from ..io.writers import write_solution
 from ..proof.status import DISCRETE
 
@@ -43,13 +43,13 @@ def print_enclosure(judged: Solution, case: Path, answer: Path) -> None:
     if judged.residuals is not None:
         residuals = judged.residuals
         told = (
-            f"min gap {residuals.min_gap:.2g}, min reaction {residuals.min_reaction:.2g}, "
+            f"min gap {known_number(residuals.min_gap)}, min reaction {known_number(residuals.min_reaction)}, "
             f"gap·R {residuals.complementarity:.2g}, natural residual {residuals.natural_residual:.2g}"
         )
         lines.append(("conditions", told))
     lines += [("caution", caution) for caution in judged.cautions]
     for name, text in lines:
-        console.print(Text(f"{name:<11} {text}"))
+        console.print(Text(folded(f"{name:<11} {text}", console.width, 12)), soft_wrap=True)
 
 
 def write_enclosure(judged: Solution, case: Path, answer: Path, path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from rich.cells import cell_len
 from rich.console import Console
@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..backends import backend_names, get_backend
-from ..comparison.columns import Column, printed_columns
+from ..comparison.columns import cells_of, fitting, printed_columns, width_of
 from ..comparison.compared import Compared
 from ..comparison.text import asked_for
 from ..foundation.terminal import table_console
@@ -33,8 +33,8 @@ def print_comparison(compared: Compared, title: str = "", *, wide: bool = False)
     console.print(Text(head, style="bold"))
     console.print(Text(asked_for(compared)), style="dim")
     columns = printed_columns(compared.answers.problem)
-    cells = {column: [column.printed, *(column.text(row) for row in compared.rows)] for column in columns}
-    shown = columns if wide else _fitting(cells, console.width)
+    cells = cells_of(columns, compared.rows)
+    shown = columns if wide else fitting(cells, console.width, cell_len)
     table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
     for column in shown:
         table.add_column(column.printed, justify="left" if column.words else "right", no_wrap=True)
@@ -42,7 +42,7 @@ def print_comparison(compared: Compared, title: str = "", *, wide: bool = False)
         backend, status, *numbers = (cells[column][k] for column in shown)
         table.add_row(backend, Text(status, style=_COLOURS.get(row.status, "red")), *numbers)
     console.print()
-    room, console.width = console.width, max(console.width, _width(cells, shown))
+    room, console.width = console.width, max(console.width, width_of(cells, shown, cell_len))
     console.print(table)
     console.width = room
     console.print()
@@ -53,24 +53,6 @@ def print_comparison(compared: Compared, title: str = "", *, wide: bool = False)
     left_out = [column.printed for column in columns if column not in shown]
     if left_out:
         console.print(Text(f"Left out for want of room: {', '.join(left_out)}; --wide shows all.", style="dim"))
-
-
-_BETWEEN = 2
-"""Blanks between columns."""
-
-
-def _fitting(cells: Mapping[Column, list[str]], room: int) -> list[Column]:
-    """Return the columns that a line has room for, those of low rank first, in their order."""
-    chosen = [column for column in cells if not column.rank]
-    for column in sorted((column for column in cells if column.rank), key=lambda column: column.rank):
-        if _width(cells, [*chosen, column]) > room:
-            break
-        chosen.append(column)
-    return [column for column in cells if column in chosen]
-
-
-def _width(cells: Mapping[Column, list[str]], columns: Sequence[Column]) -> int:
-    return sum(max(map(cell_len, cells[column])) for column in columns) + _BETWEEN * (len(columns) - 1)
 
 
 _UNLIMITED = 10_000

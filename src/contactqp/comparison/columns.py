@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ..foundation.text import count, number, seconds
+from ..foundation.text import count, known_number, number, seconds
 from ..problem.contact_qp import ContactQP
 from .rows import Row
 
@@ -74,8 +74,8 @@ COLUMNS = (
     Column(lambda row: number(row.relative_true_error), "true error", _ERROR, "true error / scale", rank=1),
     Column(lambda row: number(row.gap_bound), "", _ERROR, "bound"),
     Column(lambda row: _true_error(row), "", _ERROR, "true error"),
-    Column(lambda row: number(row.min_gap), "min gap", rank=5, between="min slack"),
-    Column(lambda row: number(row.min_reaction), "min R", rank=6, between="min push"),
+    Column(lambda row: known_number(row.min_gap), "min gap", rank=5, between="min slack"),
+    Column(lambda row: known_number(row.min_reaction), "min R", rank=6, between="min push"),
     Column(lambda row: number(row.primal_residual), "", _OPTIMALITY, "primal residual"),
     Column(lambda row: number(row.dual_residual), "", _OPTIMALITY, "dual residual"),
     Column(lambda row: number(row.complementarity), "gap·R", _OPTIMALITY, "duality gap", rank=4, between="slack·R"),
@@ -99,6 +99,30 @@ def printed_columns(problem: ContactQP) -> list[Column]:
     if problem.one_sided:
         return shown
     return [replace(column, printed=column.between or column.printed) for column in shown]
+
+
+BETWEEN = 2
+"""Blanks between the columns of the printed table."""
+
+
+def width_of(cells: Mapping[Column, list[str]], columns: Sequence[Column], length: Callable[[str], int] = len) -> int:
+    """Return the width of a table of some columns, by what stands in them below each other."""
+    return sum(max(map(length, cells[column])) for column in columns) + BETWEEN * (len(columns) - 1)
+
+
+def fitting(cells: Mapping[Column, list[str]], room: int, length: Callable[[str], int] = len) -> list[Column]:
+    """Return the columns that a line has room for, those of low rank first, in their order."""
+    chosen = [column for column in cells if not column.rank]
+    for column in sorted((column for column in cells if column.rank), key=lambda column: column.rank):
+        if width_of(cells, [*chosen, column], length) > room:
+            break
+        chosen.append(column)
+    return [column for column in cells if column in chosen]
+
+
+def cells_of(columns: Sequence[Column], rows: Sequence[Row]) -> dict[Column, list[str]]:
+    """Return what stands in each column of the printed table, its heading first."""
+    return {column: [column.printed, *(column.text(row) for row in rows)] for column in columns}
 
 
 def columns_of(group: str, problem: ContactQP) -> list[Column]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..foundation.checks import Vector, integer_at_least
 from ..foundation.loading import load_modules
+from ..foundation.terminal import line_width
 from ..models.base import ContactModel, split
 from ..problem.contact_qp import ContactQP
 from ..solving.solution import Solution
@@ -261,7 +262,7 @@ class Comparison:
         return write_report(self, Path(path), title)
 
     def __repr__(self) -> str:
-        return as_text(self)
+        return as_text(self, line_width())
 
     def _repr_html_(self) -> str:
         from .html import notebook_table

@@ -5,30 +5,40 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from ..foundation.json_text import json_of
+from ..foundation.text import folded
 from ..proof.status import DISCRETE
-from .columns import printed_columns
+from .columns import BETWEEN, cells_of, fitting, printed_columns
 from .compared import Compared
 from .rows import records_of
 
 
-def as_text(compared: Compared) -> str:
-    """Return the table with what was asked for above it, remarks and verdict below."""
+def as_text(compared: Compared, room: int | None = None) -> str:
+    """Return the table with what was asked for above it, remarks and verdict below.
+
+    Parameters
+    ----------
+    compared : Compared
+    room : int, optional
+        Characters of a line: other lines go on below, and columns that there is no room for are left out. By default
+        lines are as long as they are.
+    """
     columns = printed_columns(compared.answers.problem)
-    table = [
-        [column.printed for column in columns],
-        *([column.text(row) for column in columns] for row in compared.rows),
-    ]
-    widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
+    cells = cells_of(columns, compared.rows)
+    shown = columns if room is None else fitting(cells, room)
+    widths = {column: max(map(len, cells[column])) for column in shown}
     lines = [
-        "  ".join(
-            cell.ljust(width) if column.words else cell.rjust(width)
-            for column, cell, width in zip(columns, line, widths, strict=True)
+        (" " * BETWEEN).join(
+            cells[column][k].ljust(widths[column]) if column.words else cells[column][k].rjust(widths[column])
+            for column in shown
         )
-        for line in table
+        for k in range(len(compared.rows) + 1)
     ]
-    return "\n".join(
-        [compared.subject, asked_for(compared), "", *(line.rstrip() for line in lines), "", *closing_lines(compared)]
-    )
+    left_out = [column.printed for column in columns if column not in shown]
+    more = [f"Left out for want of room: {', '.join(left_out)}; to_frame() has all."] if left_out else []
+    head, closing = [compared.subject, asked_for(compared)], [*closing_lines(compared), *more]
+    if room is not None:
+        head, closing = ([folded(line, room, 0) for line in part] for part in (head, closing))
+    return "\n".join([*head, "", *(line.rstrip() for line in lines), "", *closing])
 
 
 def closing_lines(compared: Compared) -> list[str]:

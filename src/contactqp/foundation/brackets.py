@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from .checks import Vector
+from .text import rounded_outwards
 
 
 class Bracket(NamedTuple):
@@ -15,10 +16,19 @@ class Bracket(NamedTuple):
     Attributes
     ----------
     lower, upper : float
+
+    Examples
+    --------
+    >>> Bracket(1.0100000000000002, 1.0100000000000005)
+    Bracket(lower=1.01, upper=1.01000000001)
     """
 
     lower: float
     upper: float
+
+    def __repr__(self) -> str:
+        lower, upper = rounded_outwards(self.lower, self.upper)
+        return f"Bracket(lower={lower!r}, upper={upper!r})"
 
 
 def sum_below(numbers: Iterable[float]) -> float:

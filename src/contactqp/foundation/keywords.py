@@ -1,13 +1,31 @@
-"""Arguments that are better given by name: those given by position are still taken, with a warning."""
+"""Arguments by name: what is said of those that do not exist, and of those that were given by position."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
 from functools import wraps
+from inspect import signature
 from typing import Any, TypeVar
 
+from .checks import nearest
+
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def known_by_name(function: Function) -> Function:
+    """Let an ``__init__`` refuse a keyword that it does not have with the name that was probably meant."""
+    known = [*signature(function).parameters][1:]
+
+    @wraps(function)
+    def call(self: Any, *arguments: Any, **keywords: Any) -> Any:
+        for name in keywords:
+            if name not in known:
+                kind = type(self).__name__
+                raise TypeError(f"{kind} has no argument {name!r}{nearest(name, known)}; it has {', '.join(known)}")
+        return function(self, *arguments, **keywords)
+
+    return call  # type: ignore[return-value]
 
 
 def by_name_after(kept: int, *names: str) -> Callable[[Function], Function]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -21,6 +22,17 @@ def table_console() -> Console:
     return (
         found if found.is_terminal or os.environ.get("COLUMNS", "").isdigit() else Console(highlight=False, width=WIDE)
     )
+
+
+def line_width() -> int | None:
+    """Return the columns of the terminal that is printed on, or what COLUMNS says; None in a file or a pipe."""
+    columns = os.environ.get("COLUMNS", "")
+    if columns.isdigit() and int(columns):
+        return int(columns)
+    stream = sys.stdout
+    if stream is None or stream.closed or not stream.isatty():
+        return None
+    return get_terminal_size().columns
 
 
 def on_terminal() -> bool:

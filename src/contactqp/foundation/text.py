@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from decimal import ROUND_DOWN, ROUND_UP, Decimal, localcontext
+import textwrap
+from decimal import ROUND_CEILING, ROUND_DOWN, ROUND_FLOOR, ROUND_UP, Decimal, localcontext
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,36 @@ def at_most(value: float, digits: int = 2) -> str:
 
     Examples
     --------
-    >>> at_most(0.00173158), at_most(0.01), at_most(0.0), at_most(999.5, 3)
-    ('0.0018', '0.01', '0', '1e+03')
+    >>> at_most(0.00173158), at_most(0.01), at_most(0.0), at_most(999.5, 3), at_most(5e-324)
+    ('0.0018', '0.01', '0', '1e+03', '1e-300')
     """
-    return _rounded(value, digits, ROUND_UP)
+    # A number whose digits are none of the problem's, but of where doubles end.
+    return _rounded(_SMALLEST if 0 < value < _SMALLEST else value, digits, ROUND_UP)
+
+
+_SMALLEST = 1e-300
+"""Bounds that are less are told as this."""
+
+
+def rounded_outwards(lower: float, upper: float, digits: int = 12) -> tuple[float, float]:
+    """Return two numbers that enclose two others, rounded away from each other to some significant digits.
+
+    Examples
+    --------
+    >>> rounded_outwards(1.0100000000000002, 1.0100000000000005), rounded_outwards(-0.5, math.inf)
+    ((1.01, 1.01000000001), (-0.5, inf))
+    """
+    return _towards(lower, digits, ROUND_FLOOR), _towards(upper, digits, ROUND_CEILING)
+
+
+def _towards(value: float, digits: int, rounding: str) -> float:
+    if not math.isfinite(value):
+        return value
+    with localcontext() as context:
+        context.prec, context.rounding = digits, rounding
+        shorter = float(+Decimal(value))
+    # To read a decimal rounds it once more, to the nearest double.
+    return shorter if (shorter <= value) == (rounding == ROUND_FLOOR) or shorter == value else value
 
 
 def at_least(value: float, digits: int = 2) -> str:
@@ -37,6 +64,40 @@ def _rounded(value: float, digits: int, rounding: str) -> str:
     with localcontext() as context:
         context.prec, context.rounding = digits, rounding
         return f"{float(+Decimal(repr(float(value)))):.{digits}g}"
+
+
+def folded(text: str, room: int, hanging: int) -> str:
+    """Return text of which lines that are longer than there is room for go on below, between words.
+
+    Parameters
+    ----------
+    text : str
+    room : int
+        Characters of a line.
+    hanging : int
+        Blanks before what goes on.
+
+    Examples
+    --------
+    >>> print(folded("caution  it is much too wide", 18, 9))
+    caution  it is
+             much too
+             wide
+    """
+    fold = textwrap.TextWrapper(
+        width=max(room, hanging + 20),
+        subsequent_indent=" " * hanging,
+        break_long_words=False,
+        break_on_hyphens=False,
+        drop_whitespace=True,
+        replace_whitespace=False,
+    )
+    return "\n".join("\n".join(fold.wrap(line)) for line in text.splitlines())
+
+
+def known_number(value: float | None, digits: int = 2) -> str:
+    """Return a number as `number` does, ``-`` for an infinite one as well: the least of none."""
+    return number(None if value is None or math.isinf(value) else value, digits)
 
 
 def number(value: float | None, digits: int = 2) -> str:

@@ -53,14 +53,16 @@ class Frame:
 
     @classmethod
     def rectangle(cls, width: float, height: float, center: Point = (0.0, 0.0)) -> Frame:
-        """Return a rectangle with sides along the axes.
+        """Return a rectangle with sides along the axes, about (0, 0) unless ``center`` says otherwise.
+
+        For corners of your own take `polygon`.
 
         Parameters
         ----------
         width, height : float
             Extents along x and y (length), > 0.
         center : (float, float)
-            Centre (length).
+            Centre (length), not the left lower corner.
         """
         load_modules("shapely.geometry")
         from shapely.geometry import box
@@ -76,7 +78,9 @@ class Frame:
 
     @classmethod
     def disk(cls, radius: float, center: Point = (0.0, 0.0)) -> Frame:
-        """Return a circle; nodes are judged by their exact distance from the centre.
+        """Return a circle about (0, 0), unless ``center`` says otherwise.
+
+        Nodes are judged by their exact distance from the centre.
 
         Parameters
         ----------
@@ -100,7 +104,7 @@ class Frame:
 
     @classmethod
     def hexagon(cls, side: float, center: Point = (0.0, 0.0)) -> Frame:
-        """Return a regular hexagon with two sides parallel to x.
+        """Return a regular hexagon with two sides parallel to x, about (0, 0) unless ``center`` says otherwise.
 
         Parameters
         ----------

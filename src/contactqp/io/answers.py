@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,6 +15,7 @@ from ..geometry.fields import Rows
 from ..models.base import ContactModel
 from .data_files import Reading, read_numbers
 from .netcdf import read_netcdf
+from .node_tables import is_node_table, read_node_table
 
 Quantity = Literal["gap", "deflection"]
 
@@ -27,7 +29,8 @@ def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap", *, 
     ----------
     path : Path
         .npy or .csv: a vector in node order, or an array of the lattice's shape, whose entries that are no nodes may
-        be anything. .nc: a variable named after the quantity, along node, or y and x.
+        be anything. .csv with a line of names that has ``node``: a line for each node, in any order, and a column named
+        after the quantity. .nc: a variable named after it, along node, or y and x.
     model : Membrane, Cable or CableNet
     quantity : {"gap", "deflection"}
         What the file holds (length); deflections are positive as the model's heights.
@@ -61,6 +64,8 @@ def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap", *, 
     try:
         if path.suffix.lower() == ".nc":
             return _of_dataset(path, model, quantity, rows)
+        if path.suffix.lower() == ".csv" and is_node_table(path):
+            return _of_table(path, model, quantity)
         grid = read_numbers(path, Reading()).values.astype(np.float64)
         one_dimensional = 1 in grid.shape and grid.size == model.size
         given = grid.ravel() if one_dimensional else _in_own_rows(grid, model, quantity, rows)
@@ -84,17 +89,33 @@ def _in_own_rows(field: Any, model: ContactModel, name: str, rows: Rows | None) 
 
 def _of_dataset(path: Path, model: ContactModel, quantity: Quantity, rows: Rows | None) -> Vector:
     data = read_netcdf(path)
-    if quantity not in data:
-        found = shortened(", ".join(map(str, data.data_vars)), 200) or "none"
-        raise CaseFileError(f"it has no variable {quantity}, but {found}{nearest(quantity, map(str, data.data_vars))}")
 
     def values(name: Quantity) -> Vector:
         found = data[name]
         given = _in_own_rows(found, model, name, rows) if "x" in found.dims else found.to_numpy()
         return model.at_nodes(given, name, allow_inf=True)
 
+    return _named([str(name) for name in data.data_vars], "variable", values, model, quantity)
+
+
+def _of_table(path: Path, model: ContactModel, quantity: Quantity) -> Vector:
+    columns = read_node_table(path, model.size)
+
+    def values(name: Quantity) -> Vector:
+        return model.at_nodes(columns[name], name, allow_inf=True)
+
+    return _named(columns, "column", values, model, quantity)
+
+
+def _named(
+    known: Collection[str], noun: str, values: Callable[[Quantity], Vector], model: ContactModel, quantity: Quantity
+) -> Vector:
+    """Return the gap that a file holds among other quantities by their names."""
+    if quantity not in known:
+        found = shortened(", ".join(known), 200) or "none"
+        raise CaseFileError(f"it has no {noun} {quantity}, but {found}{nearest(quantity, known)}")
     gap = _gap_of(values(quantity), model, quantity)
-    if np.isinf(gap).any() and "deflection" in data:
+    if np.isinf(gap).any() and "deflection" in known:
         # Where there is no support, a gap is written as infinite: there the deflection tells where the node is.
         gap = np.where(np.isinf(gap), _gap_of(values("deflection"), model, "deflection"), gap)
     return _finite(gap, model)

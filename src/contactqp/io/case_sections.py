@@ -61,7 +61,7 @@ class _FileSection(_TableSection):
 
 
 class Rectangle(Section):
-    """``shape = "rectangle"``: see `Frame.rectangle`."""
+    """``shape = "rectangle"``, centred at (0, 0) unless ``center`` is given: see `Frame.rectangle`."""
 
     shape: Literal["rectangle"]
     width: Positive
@@ -74,7 +74,7 @@ class Rectangle(Section):
 
 
 class Hexagon(Section):
-    """``shape = "hexagon"``: see `Frame.hexagon`."""
+    """``shape = "hexagon"``, centred at (0, 0) unless ``center`` is given: see `Frame.hexagon`."""
 
     shape: Literal["hexagon"]
     side: Positive
@@ -86,7 +86,7 @@ class Hexagon(Section):
 
 
 class Disk(Section):
-    """``shape = "disk"``: see `Frame.disk`."""
+    """``shape = "disk"``, centred at (0, 0) unless ``center`` is given: see `Frame.disk`."""
 
     shape: Literal["disk"]
     radius: Positive

@@ -24,7 +24,7 @@ from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
 from ..problem.contact_qp import ContactQP
 from ..profiles.analytic import Profile
-from .suspicions import Heights, suspicions_of
+from .suspicions import Heights, Joints, suspicions_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -116,7 +116,8 @@ class ContactModel(ABC):
     * ``_datum`` and `_frame_relief()`, where the frame is not at height zero: its mean depth, and how far it leaves
       that at most, length;
     * `_take_tension(tension)`, so that `trace` can vary its tension; `_reach()`, so that a support which is out of
-      reach counts as none; `_steps_of_support()`, so that a wrong sign is suspected.
+      reach counts as none; `_joints()`, so that a support above the frame
+      is told of.
 
     Names with an underscore are for subclasses alone; nothing else calls them. CONTRIBUTING.md has a whole example.
 
@@ -142,6 +143,8 @@ class ContactModel(ABC):
     """Mean depth of the frame (length, positive downwards)."""
     _known_unreachable: Mask | None = None
     """Supports that the model which this one varies counts as none because they are out of reach."""
+    _of_profile: bool = False
+    """Whether a height was given as a profile, which returns depths whichever way heights are positive."""
     _laid_on: Lattice | None = None
     """The lattice that the nodes are those of, if there is one."""
     _relative: ContactQP | None = None
@@ -234,6 +237,7 @@ class ContactModel(ABC):
 
     def _in_own_sense(self, height: Any) -> Any:
         """Return a height as it was given, a profile's with the sign that this model's heights have."""
+        self._of_profile |= isinstance(height, Profile)
         return elevations_of(height) if self.upwards else height
 
     def describe(self, node: int) -> str:
@@ -295,12 +299,8 @@ class ContactModel(ABC):
         """Return a proven bound of how far the load alone presses any node below the frame's lowest point (length)."""
         return np.inf
 
-    def _steps_of_support(self) -> tuple[Vector, Vector] | None:
-        """Return by how much the support rises from the frame to the nodes next to it, and from node to node.
-
-        Length each: the first counts upwards and is -inf where there is no support, the second has no sign and leaves
-        such out; None where the model does not tell.
-        """
+    def _joints(self) -> Joints | None:
+        """Return the support at the places where nodes are joined to the frame, None where the model does not tell."""
         return None
 
     def _frame_grid(self) -> Grid | None:
@@ -365,8 +365,17 @@ class ContactModel(ABC):
 
     def _suspicions(self) -> Iterator[str]:
         frame = self._datum - self._frame_relief(), self._datum + self._frame_relief()
-        heights = Heights(self.depth, frame, self.nodal_load, self.upwards, self._steps_of_support, self.describe)
-        return suspicions_of(heights)
+        return suspicions_of(
+            Heights(
+                depth=self.depth,
+                frame=frame,
+                load=self.nodal_load,
+                upwards=self.upwards,
+                of_profile=self._of_profile,
+                joints=self._joints,
+                describe=self.describe,
+            )
+        )
 
     def _warn(self) -> None:
         """Warn of what is strange about the data, where the code outside this package has made the model."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector, finite_number, integer_at_least, positive_number
+from ..foundation.keywords import known_by_name
 from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
 from ..geometry.fields import of_x_and_y
 from ..geometry.lattice import Lattice, spacing_of_nodes
@@ -73,6 +74,7 @@ class Cable(LatticeModel):
     _load_unit = "force per length"
     _pressure_unit = "force per length"
 
+    @known_by_name
     def __init__(
         self,
         span: float | None = None,

@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, boolean, positive_number, read_only, refuse_non_finite
+from ..foundation.keywords import known_by_name
 from ..foundation.loading import load_modules
 from ..foundation.text import counted
 from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
+from ..profiles.analytic import Profile
 from .base import ContactModel, Coordinate, elevations_of
 from .cable_net_arguments import (
     Numbers,
@@ -25,6 +27,7 @@ from .cable_net_arguments import (
     refuse_overflow,
 )
 from .reach import reach_on_lattice
+from .suspicions import Joints
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -105,6 +108,7 @@ class CableNet(ContactModel):
     array([0.2])
     """
 
+    @known_by_name
     def __init__(
         self,
         positions: ArrayLike,
@@ -205,6 +209,7 @@ class CableNet(ContactModel):
         number[nodes] = np.arange(lattice.size)
         number[frame] = lattice.size + np.arange(np.count_nonzero(frame))
         rows, absent = checked_rows(rows), -np.inf if boolean(upwards, "upwards") else np.inf
+        of_profile = any(isinstance(height, Profile) for height in (support, frame_height))
         if upwards:
             support, frame_height = elevations_of(support), elevations_of(frame_height)
         heights = frame_heights(lattice, stencil.frame_points(), frame_height, rows)
@@ -223,7 +228,7 @@ class CableNet(ContactModel):
             fixed_height=0.0 if heights is None else heights[frame],
             upwards=upwards,
         )
-        net._laid_on = lattice
+        net._laid_on, net._of_profile = lattice, of_profile
         return net
 
     @staticmethod
@@ -407,14 +412,19 @@ class CableNet(ContactModel):
             reach = float(np.maximum(self.load, 0.0).sum() * softness[self.free].max())
         return reach if np.isfinite(reach) else np.inf
 
-    def _steps_of_support(self) -> tuple[Vector, Vector]:
-        node = self._number[self.segments] >= 0
+    def _joints(self) -> Joints:
+        """Return the support at the fixed points as high as at the nodes beside them, and its steps for its bends."""
+        node = self._number[self.segments]
         depth = self._everywhere(self.depth, self._fixed_depth)
         depth[np.isinf(depth)] = np.nan
         fall = depth[self.segments[:, 1]] - depth[self.segments[:, 0]]
-        from_frame = np.concatenate([-fall[~node[:, 0] & node[:, 1]], fall[node[:, 0] & ~node[:, 1]]])
-        between = np.abs(fall[node.all(axis=1)])
-        return np.where(np.isnan(from_frame), -np.inf, from_frame), between[~np.isnan(between)]
+        first, second = (node[:, 0] < 0) & (node[:, 1] >= 0), (node[:, 0] >= 0) & (node[:, 1] < 0)
+        above, steps = np.concatenate([-fall[first], fall[second]]), np.abs(fall[(node >= 0).all(axis=1)])
+        return Joints(
+            np.concatenate([node[first, 1], node[second, 0]]),
+            np.where(np.isnan(above), -np.inf, above),
+            steps[~np.isnan(steps)],
+        )
 
     def _lengths(self) -> Vector:
         first, second = self.positions[self.segments[:, 0]], self.positions[self.segments[:, 1]]

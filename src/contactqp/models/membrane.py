@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..foundation.checks import positive_number
-from ..foundation.keywords import by_name_after
+from ..foundation.keywords import by_name_after, known_by_name
 from ..geometry.fields import FieldLike, Rows
 from ..geometry.lattice import Lattice
 from .on_lattice import LatticeModel
@@ -23,10 +23,13 @@ class Membrane(LatticeModel):
     tension : float
         T, force per length, > 0.
     load : number, array, xarray.DataArray or function of (x, y)
-        Active pressure p, positive downwards, force per area.
+        Active pressure p, positive downwards, force per area. An array is a vector in node order, or has the lattice's
+        shape, frame included: rows are y, and the first is that of the smallest y unless ``rows`` says otherwise. A
+        DataArray is placed by its coordinates.
     support : number, array, xarray.DataArray or function of (x, y)
-        Height f of the rigid profile (length). Heights are positive downwards, unless ``upwards``; ``inf`` where there
-        is no support. A support far beyond the load's reach counts as none, see `unreachable`.
+        Height f of the rigid profile (length), given as the load is, or as a profile. Heights are positive downwards,
+        unless ``upwards``; ``inf`` (``-inf``) where there is no support. A support far beyond the load's reach counts
+        as none, see `unreachable`.
     frame_height : number, array or function of (x, y)
         Height of the frame, positive as those of the support, length.
     upwards : bool
@@ -59,6 +62,7 @@ class Membrane(LatticeModel):
     _pressure_unit = "force per area"
 
     @by_name_after(2, "load", "support", "frame_height")
+    @known_by_name
     def __init__(
         self,
         lattice: Lattice,

@@ -15,6 +15,7 @@ from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from .base import ContactModel, Coordinate
 from .reach import reach_on_lattice
+from .suspicions import Joints
 
 
 class LatticeModel(ContactModel):
@@ -127,20 +128,30 @@ class LatticeModel(ContactModel):
         arms = float(self.stencil.horizontal.min()), float(self.stencil.vertical.min())
         return reach_on_lattice(self.lattice.shape, arms, self.nodal_load)
 
-    def _steps_of_support(self) -> tuple[Vector, Vector]:
+    def _joints(self) -> Joints:
         depth = self._padded(self.depth)
         depth[np.isinf(depth)] = np.nan
-        node, frame = self.stencil.padded_mask(), self.stencil.frame_points()
-        rises, steps = [], []
+        number = self.stencil.numbering.to_grid(np.arange(self.size), ring=1, fill=-1)
+        frame = self.stencil.frame_points()
+        nodes, above, bends = [], [], []
         for arms, axis in ((self.stencil.horizontal, 1), (self.stencil.vertical, 0)):
             if not arms.any():
                 continue
-            fall = np.diff(depth, axis=axis)
-            (one, other), (first, second) = _ends(node, axis), _ends(frame, axis)
-            rises += [fall[one & second], -fall[first & other]]
-            steps.append(np.abs(fall[one & other]))
-        rise, step = np.concatenate(rises), np.concatenate(steps)
-        return np.where(np.isnan(rise), -np.inf, rise), step[~np.isnan(step)]
+            across, outside = (np.moveaxis(grid, axis, 0) for grid in (number, frame))
+            level = np.moveaxis(depth, axis, 0)
+            at_nodes = np.where(across >= 0, level, np.nan)
+            bends.append(np.abs(np.diff(at_nodes, n=2, axis=0)).ravel())
+            for end in (slice(None), slice(None, None, -1)):
+                node, beside, place = across[end][1:], outside[end][:-1], level[end]
+                # How the support rises from the node next to the frame to the one beyond it. If it falls there, it may
+                # be higher at the frame than at the node, but nobody knows how far.
+                fall = np.zeros_like(at_nodes)
+                fall[:-1] = np.minimum(np.nan_to_num(np.diff(at_nodes[end], axis=0)), 0.0)
+                joined = (node >= 0) & beside
+                nodes.append(node[joined])
+                above.append((place[:-1] - place[1:] + fall[1:])[joined])
+        over, bend = np.concatenate(above), np.concatenate(bends)
+        return Joints(np.concatenate(nodes), np.where(np.isnan(over), -np.inf, over), bend[~np.isnan(bend)])
 
     def _padded(self, heights: Vector) -> Vector:
         """Return heights of nodes and frame on the lattice's array with a ring of frame points about it."""

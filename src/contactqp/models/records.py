@@ -147,6 +147,16 @@ class Answered(Posed, Held, Protocol):
     def seconds(self) -> float: ...  # noqa: D102
 
 
+def held_reaction(solution: Answered) -> Vector:
+    """Return the reaction where a node may be held, exactly 0 where it is certainly clear (force), shape (n,).
+
+    At free nodes the answer's own reaction is what rounding, or its error, has left out of balance, of either sign.
+    """
+    if solution.certificate is None:
+        return solution.reaction
+    return np.where(solution.certificate.clear, 0.0, solution.reaction)
+
+
 class Settling(Protocol):
     """Load factors at which nodes settle: what a picture reads of a `Touchdown`.
 

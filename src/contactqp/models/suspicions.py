@@ -10,18 +10,22 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..foundation.checks import Vector, repeated
-from ..foundation.text import counted
+from ..foundation.text import counted, span_of
 
 _NEARLY_ALL = 0.9
-"""Part of the nodes next to the frame at which the support must stand above it for a wrong sign to be suspected."""
+"""Part of the places at the frame at which the support must stand above it for a wrong sign to be suspected."""
 
 _JUMP = 3.0
-"""So many times as steep as nearly everywhere else must the support rise from the frame to the nodes next to it."""
+"""So many times as far as it bends nearly everywhere must the support, carried on to the frame, stand above it."""
 
 _FEWEST = 4
-"""Steps of the support from node to node that it takes to call its step at the frame a jump."""
+"""Bends of the support that it takes to tell a step at the frame from them."""
+
+_ROUNDING = 1e-9
+"""Part of the heights by which they may differ without a meaning."""
 
 _STRANGE = 1000.0
 """So many times as high as all others are in size must a height stand out to be taken for no height at all."""
@@ -34,6 +38,25 @@ _NO_DATA = (99.0, 999.0, 9999.0, 99999.0, 999999.0, 9999999.0, 32767.0, 32768.0,
 
 _NEARER = 3.0
 """So many times as near to the frame a support is with the other sign, if that was meant."""
+
+
+class Joints(NamedTuple):
+    """The support at the places where nodes are joined to the frame.
+
+    Attributes
+    ----------
+    node : array of int, shape (m,)
+        The node of each place.
+    above : array, shape (m,)
+        By how much the support, carried on from the nodes to the frame, and the node's own, stand above the frame, the
+        lower of the two (length); -inf where there is no support.
+    bends : array, shape (k,)
+        By how much the support misses what is carried on from node to node elsewhere, without sign (length).
+    """
+
+    node: NDArray[np.int64]
+    above: Vector
+    bends: Vector
 
 
 class Heights(NamedTuple):
@@ -49,9 +72,10 @@ class Heights(NamedTuple):
         Active force on each node, positive downwards (force).
     upwards : bool
         Whether the model's own heights are positive upwards.
-    steps : callable
-        Returns by how much the support rises from the frame to the nodes next to it, -inf where there is no support,
-        and by how much it steps from node to node, without sign (length each); or None where that is not known.
+    of_profile : bool
+        Whether one of the heights was given as a profile, which returns depths whichever way heights are positive.
+    joints : callable
+        Returns the support at the frame, or None where that is not known.
     describe : callable
         Names a node by its number.
     """
@@ -60,7 +84,8 @@ class Heights(NamedTuple):
     frame: tuple[float, float]
     load: Vector
     upwards: bool
-    steps: Callable[[], tuple[Vector, Vector] | None]
+    of_profile: bool
+    joints: Callable[[], Joints | None]
     describe: Callable[[int], str]
 
     @property
@@ -71,6 +96,10 @@ class Heights(NamedTuple):
     def told(self, depth: float) -> float:
         """Return a depth as a height of the model's own sign."""
         return -depth if self.upwards else depth
+
+    def span(self, depths: Vector) -> str:
+        """Return the range of some depths, as heights of the model's own sign."""
+        return span_of(-depths if self.upwards else depths)
 
 
 def suspicions_of(heights: Heights) -> Iterator[str]:
@@ -84,7 +113,7 @@ def suspicions_of(heights: Heights) -> Iterator[str]:
         yield from _pierced_frame(heights)
     elif lower < highest < np.inf:
         yield from _no_contact(heights)
-    if heights.upwards:
+    if heights.upwards and heights.of_profile:
         yield from _other_side(heights, depth)
 
 
@@ -100,28 +129,33 @@ def _missing_values(heights: Heights, depth: Vector, highest: float) -> Iterator
     if -highest > factor * float(np.abs(others).max()):
         strange = np.flatnonzero(depth == highest)
         more = f" and {counted(strange.size - 1, 'more node')}" if strange.size > 1 else ""
-        low, high = sorted(heights.told(float(end)) for end in (others.min(), others.max()))
         yield (
-            f"support is {heights.told(highest):g} at {heights.describe(int(strange[0]))}{more}, and from {low:g} to "
-            f"{high:g} elsewhere: a number that stands for missing data is no height; give {heights.told(np.inf):g} "
-            "where there is no support"
+            f"support is {heights.told(highest):g} at {heights.describe(int(strange[0]))}{more}, and "
+            f"{heights.span(others)} elsewhere: a number that stands for missing data is no height; give "
+            f"{heights.told(np.inf):g} where there is no support"
         )
 
 
 def _pierced_frame(heights: Heights) -> Iterator[str]:
-    steps = heights.steps()
-    if steps is None or steps[1].size < _FEWEST:
+    """Tell of a support above the frame: the frame is taken as it is given there, and the nodes beside it touch."""
+    joints = heights.joints()
+    if joints is None or joints.bends.size < _FEWEST:
         return
-    rise, along = steps
-    pierced = np.count_nonzero(rise > 0)
-    usual = float(np.quantile(along, 0.95))
-    if pierced < _NEARLY_ALL * rise.size or float(np.median(rise)) <= _JUMP * usual:
+    rounding = _ROUNDING * float(np.abs(heights.depth[np.isfinite(heights.depth)]).max(initial=0.0))
+    pierced = np.flatnonzero(joints.above > max(_JUMP * float(np.quantile(joints.bends, 0.95)), rounding))
+    if not pierced.size:
         return
-    yield (
-        f"support stands above the frame at {pierced} of the {rise.size} places where nodes are joined to it, by "
-        f"{float(np.median(rise)):.3g} in the median, so that nearly all nodes may be in contact from the frame on; "
-        f"{heights.sense}: check the signs of support and frame"
+    places, first = joints.above.size, heights.describe(int(joints.node[pierced].min()))
+    told = (
+        f"support stands above the frame at {pierced.size} of the {places} places where nodes are joined to it, by "
+        f"{float(joints.above[pierced].max()):.3g} at most, first at {first}, so that"
     )
+    if pierced.size >= _NEARLY_ALL * places:
+        told += " nearly all nodes may be in contact from the frame on"
+        yield f"{told}; {heights.sense}: check the signs of support and frame"
+    else:
+        told += " nodes there may be in contact from the frame on"
+        yield f"{told}; {heights.sense}: check the heights of support and frame"
 
 
 def _no_contact(heights: Heights) -> Iterator[str]:
@@ -141,9 +175,7 @@ def _other_side(heights: Heights, depth: Vector) -> Iterator[str]:
         return
     if _NEARER * float(np.median(np.abs(known + frame))) > float(np.median(np.abs(known - frame))):
         return
-    low, high = sorted(heights.told(float(end)) for end in (known.min(), known.max()))
-    lies = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
     yield (
-        f"support lies at {lies} and the frame at {heights.told(frame):.4g}, on the other side of "
+        f"support lies at {heights.span(known)} and the frame at {heights.told(frame):.4g}, on the other side of "
         f"height zero; {heights.sense}, but the depth of a profile is positive downwards in any model: check the signs"
     )

@@ -19,7 +19,7 @@ from ..models.base import ContactModel
 from ..models.cable import Cable
 from ..models.on_lattice import LatticeModel
 from ..plotting.answers import with_units
-from ..plotting.on_lattice import section_row
+from ..plotting.on_lattice import mark_section, section_row, telling_row, title_of_section
 from ..plotting.on_line import cut_along, line_of
 from ..plotting.section import cut_of_row, draw_shape
 from ..plotting.style import map_height, new_figure
@@ -68,6 +68,9 @@ def animated(
             require_suffix(Path(file), known, "film")
         require_folder(Path(file), "film")
     solutions = [solution for _, solution in answers]
+    if isinstance(model, LatticeModel) and wanted.section is None:
+        # All pictures show one row.
+        wanted = replace(wanted, section=float(model.lattice.y[telling_row(model, solutions, None)]))
     figure = _figure(model)
 
     def draw(k: int) -> list[Any]:
@@ -160,8 +163,9 @@ def _draw(model: ContactModel, figure: Figure, solution: Solution, wanted: Wante
 def _draw_map_and_shape(model: LatticeModel, figure: Figure, solution: Solution, wanted: Wanted) -> None:
     draw_into(model, figure.axes[0], solution, replace(wanted, ax=figure.axes[0]))
     row = section_row(model, wanted.section)
+    mark_section(figure.axes[0], model, row)
     draw_shape(figure.axes[1], cut_of_row(model, solution.gap, row), model, solution)
-    figure.axes[1].set(xlabel="x", title=f"Section at y = {model.lattice.y[row]:g}")
+    figure.axes[1].set(xlabel="x", title=title_of_section(model, row, wanted.section))
 
 
 @_draw.register(Cable)

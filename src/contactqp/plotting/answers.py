@@ -6,14 +6,15 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from ..foundation.pictures import PLAIN, Wanted
-from ..foundation.text import at_most
+from ..foundation.text import at_most, counted
 from ..models.membrane import Membrane
 from ..models.records import subject_of
 from .geometry import figure_of
 from .on_line import ALONG_THE_LINE
+from .section import REACTION
 from .space import membrane_in_space
 from .style import head
-from .views import answer_figure, certificate_figure, draw_into
+from .views import GAP_AND_REACTION, answer_figure, certificate_figure, draw_into
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,8 +64,7 @@ _QUANTITIES = {
     "height,\npositive upwards": "length",
     ALONG_THE_LINE: "length",
     "gap ω": "length",
-    "length": "length",
-    "reaction R": "force",
+    GAP_AND_REACTION: "length",
 }
 """What the labels of axes are of."""
 
@@ -74,6 +74,8 @@ def with_units(axes: Iterable[Axes], wanted: Wanted) -> None:
     for each in axes:
         for axis in (each.xaxis, each.yaxis):
             text = axis.get_label_text()
+            if text == REACTION and wanted.unit("force"):
+                axis.set_label_text(text.replace("force", wanted.unit("force")))
             if text in _QUANTITIES:
                 axis.set_label_text(wanted.label(text, _QUANTITIES[text]))
 
@@ -89,9 +91,8 @@ def plot_certificate(certificate: Enclosed, model: ContactModel) -> Figure:
 def headline(solution: Answered) -> str:
     """Return the headline of a solution's picture: who answered, and what the answer is worth."""
     state = str(solution.status).replace("_", " ")
+    unknowns = counted(solution.problem.size, "unknown" if solution.model is None else "node")
+    told = f"{solution.backend}: {state}, {unknowns}"
     if solution.certificate is None:
-        return f"{solution.backend}: {state}, {solution.problem.size} nodes"
-    return (
-        f"{solution.backend}: {state}, {solution.problem.size} nodes, "
-        f"gap certain to {at_most(solution.certificate.gap_bound, 1)}"
-    )
+        return told
+    return f"{told}, gap certain to {at_most(solution.certificate.gap_bound, 1)}"

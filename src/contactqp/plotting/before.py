@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..foundation.checks import Vector
+from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted, drawn
 from ..foundation.text import span_of
 from ..models.base import ContactModel
@@ -14,11 +15,12 @@ from ..models.cable import Cable
 from ..models.cable_net import CableNet
 from ..models.on_lattice import LatticeModel
 from .geometry import axes_for, figure_of, finish, mark_rows
-from .on_lattice import draw_frame_outline, section_row
+from .on_lattice import draw_frame_outline, mark_section, section_row, title_of_section
 from .on_line import ALONG_X, Line, cut_along, line_of
 from .on_net import draw_net
 from .section import Cut, cut_of_row
-from .style import BLUE, CONTACT, GROUND, INK, head, map_height, new_figure, tidy, two_halves
+from .states import mark_unsupported
+from .style import BLUE, GROUND, INK, head, map_height, new_figure, tidy, two_halves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,6 +28,9 @@ if TYPE_CHECKING:
 
 _ARROWS = 25
 """Arrows of the load along a section, at most."""
+
+_LEVEL = 1e-9
+"""Part of its height by which a support may vary and be level."""
 
 
 @drawn.register(ContactModel)
@@ -64,9 +69,9 @@ def _map_and_section(model: LatticeModel, wanted: Wanted) -> Figure:
     finish(axes, Wanted(title="Frame and support", units=wanted.units), "")
     row = section_row(model, wanted.section)
     section = right.subplots()
-    axes.axhline(model.lattice.y[row], color=CONTACT, lw=1, ls="--")
+    mark_section(axes, model, row)
     draw_before(section, model, cut_of_row(model, model.reference, row), wanted)
-    section.set_title(f"Section at y = {model.lattice.y[row]:g}", fontsize="medium")
+    section.set_title(title_of_section(model, row, wanted.section), fontsize="medium")
     head(figure, _headline(model, wanted) if wanted.title is None else wanted.title)
     return figure
 
@@ -85,8 +90,9 @@ def _along(model: ContactModel, line: Line, wanted: Wanted) -> Figure:
 
 def draw_before(axes: Axes, model: ContactModel, cut: Cut, wanted: Wanted, xlabel: str = "x") -> None:
     """Draw frame level, support and load along a section; down is down, whichever way heights are positive."""
-    level = float(cut.frame_heights.mean()) if cut.frame_heights.size else 0.0
-    known = np.concatenate([cut.ground[np.isfinite(cut.ground)], cut.frame_heights, [level]])
+    # Where nothing is known of the frame, it is at height zero.
+    frame = cut.frame_heights if cut.frame_heights.size else np.zeros(1)
+    known = np.concatenate([cut.ground[np.isfinite(cut.ground)], frame])
     depth = float(np.ptp(known)) or 1.0
     down = -1.0 if model.upwards else 1.0
     highest, lowest = down * float((down * known).min()), down * float((down * known).max())
@@ -95,7 +101,7 @@ def draw_before(axes: Axes, model: ContactModel, cut: Cut, wanted: Wanted, xlabe
     axes.plot(cut.ground_x, cut.ground, color=GROUND, lw=1.2)
     if cut.frame_x.size:
         axes.plot(cut.frame_x, cut.frame_heights, "s", color=INK, ms=5, label="frame")
-    axes.hlines(level, np.nanmin(cut.x), np.nanmax(cut.x), color=INK, lw=0.7, ls=":")
+    _draw_frame_line(axes, cut)
     _draw_load(axes, cut.node_x, model.load[cut.number], highest - down * 0.08 * depth, down * 0.3 * depth)
     axes.set_ylim(bottom, highest - down * 0.45 * depth)
     axes.set(xlabel=wanted.label(xlabel), ylabel=wanted.label(f"height, {model.sense}"))
@@ -103,12 +109,22 @@ def draw_before(axes: Axes, model: ContactModel, cut: Cut, wanted: Wanted, xlabe
     tidy(axes)
 
 
+def _draw_frame_line(axes: Axes, cut: Cut) -> None:
+    """Draw a line from frame point to frame point; height zero where none is known."""
+    order = np.argsort(cut.frame_x, kind="stable")
+    x, heights = cut.frame_x[order], cut.frame_heights[order]
+    if x.size < 2:
+        x, heights = np.array([np.nanmin(cut.x), np.nanmax(cut.x)]), np.full(2, heights[0] if x.size else 0.0)
+    axes.plot(x, heights, color=INK, lw=0.7, ls=":")
+
+
 def _draw_load(axes: Axes, x: Vector, load: Vector, base: float, length: float) -> None:
     """Draw arrows above the frame, downwards for a positive load; the longest takes ``length``, which goes down."""
     largest = float(np.abs(load).max(initial=0.0))
     if not largest:
         return
-    chosen = np.unique(np.linspace(0, x.size - 1, min(x.size, _ARROWS)).astype(int))
+    step = -(-x.size // _ARROWS)
+    chosen = np.arange((x.size - 1) % step // 2, x.size, step)
     place, size = x[chosen], length * load[chosen] / largest
     begin = np.where(load[chosen] >= 0, base - size, base)
     some = size != 0
@@ -129,28 +145,29 @@ def _draw_support(axes: Axes, model: LatticeModel, wanted: Wanted) -> None:
     grid = np.ma.masked_invalid(lattice.scatter(np.where(model.supported, model.support, np.nan)))
     if grid.count():
         cells = axes.pcolormesh(lattice.x, lattice.y, grid, cmap=_depths(model), shading="nearest", rasterized=True)
-        _colour_bar(axes, cells, model, wanted)
-    row, column = np.nonzero(lattice.scatter(~model.supported, fill=0.0) == 1.0)
-    if row.size:
-        size = float(np.clip(4000 / lattice.size, 1, 20))
-        axes.scatter(lattice.x[column], lattice.y[row], s=size, marker="x", lw=0.6, color=CONTACT, label="no support")
-        axes.legend(loc="upper right", fontsize="small")
+        _tell_heights(axes, cells, model, wanted)
+    _tell_unsupported(axes, model)
     draw_frame_outline(axes, model)
-    mark_rows(axes, lattice)
+    mark_rows(axes, lattice, model.rows)
 
 
 def _scatter_support(axes: Axes, model: ContactModel, wanted: Wanted) -> None:
     known = model.supported
     x, y = model.node_x, model.node_y
-    axes.scatter(x[~known], y[~known], s=18, marker="x", lw=0.8, color=CONTACT, label="no support")
     if known.any():
         dots = axes.scatter(
             x[known], y[known], s=26, c=model.support[known], cmap=_depths(model), edgecolors=INK, lw=0.4
         )
         dots.set_zorder(3)
-        _colour_bar(axes, dots, model, wanted)
-    if not known.all():
-        axes.legend(loc="upper right", fontsize="small")
+        _tell_heights(axes, dots, model, wanted)
+    _tell_unsupported(axes, model)
+
+
+def _tell_unsupported(axes: Axes, model: ContactModel) -> None:
+    marks = mark_unsupported(axes, model)
+    if marks:
+        place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "frameon": False, "fontsize": "small"}
+        axes.legend(handles=marks, **place)
 
 
 def _depths(model: ContactModel) -> str:
@@ -158,9 +175,20 @@ def _depths(model: ContactModel) -> str:
     return "YlGnBu_r" if model.upwards else "YlGnBu"
 
 
-def _colour_bar(axes: Axes, picture: Any, model: ContactModel, wanted: Wanted) -> None:
+def _tell_heights(axes: Axes, picture: Any, model: ContactModel, wanted: Wanted) -> None:
+    """Draw the scale of the support's heights: of one height, which has no scale, a bar with that height alone."""
+    load_modules("matplotlib.colors")
+    from matplotlib.colors import ListedColormap
+
     figure: Any = axes.get_figure(root=False)
-    bar = figure.colorbar(picture, ax=axes, shrink=0.85, pad=0.09, label=wanted.label(f"support f, {model.sense}"))
+    heights = model.support[model.supported]
+    label = wanted.label(f"support f, {model.sense}")
+    level = float(heights.min()) if np.ptp(heights) <= _LEVEL * np.abs(heights).max() else None
+    if level is not None:
+        picture.set_cmap(ListedColormap([picture.get_cmap()(0.5)]))
+    bar = figure.colorbar(picture, ax=axes, shrink=0.85, pad=0.09, label=label)
+    if level is not None:
+        bar.ax.set_yticks([level], [f"{level:g}"])
     if not model.upwards:
         bar.ax.invert_yaxis()
     bar.ax.tick_params(labelsize="small")

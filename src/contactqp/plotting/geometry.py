@@ -8,6 +8,7 @@ import numpy as np
 
 from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted, drawn
+from ..geometry.fields import Rows
 from ..geometry.frame import Frame
 from ..geometry.lattice import Lattice
 from .style import BLUE, CLEAR, GROUND, INK, map_height, new_figure, same_scales, tidy
@@ -53,14 +54,28 @@ def _draw_outline(axes: Axes, frame: Frame) -> None:
         axes.add_patch(PathPatch(outline, facecolor=CLEAR, edgecolor=INK, lw=1.4))
 
 
-def mark_rows(axes: Axes, lattice: Lattice) -> None:
-    """Write which way the rows and columns of an array on the lattice are counted."""
+def mark_rows(axes: Axes, lattice: Lattice, given: Rows = "up") -> None:
+    """Write which way the rows and columns of an array on the lattice are counted.
+
+    Parameters
+    ----------
+    axes : Axes
+    lattice : Lattice
+    given : {"up", "down"}
+        Which way the rows of the arrays go that are given. Those of the lattice's own arrays, which come out, go up.
+    """
     rows, columns = lattice.shape
-    ends = ((0, "row 0"), (rows - 1, f"row {rows - 1}")) if rows > 1 else ((0, "row 0"),)
+    last = rows - 1
+    ends = [(0, "row 0"), (last, f"row {last}")] if given == "up" else [(last, "row 0"), (0, f"row {last}")]
+    if given == "down":
+        ends = [(row, f"{text} of\nthe data given") for row, text in ends]
+    ends = ends[: min(rows, 2)]
     marks: dict[str, Any] = {"color": INK, "fontsize": "small", "annotation_clip": False}
     for row, text in ends:
         place = (1.01, lattice.y[row])
-        axes.annotate(text, place, xycoords=("axes fraction", "data"), va="center", ha="left", **marks)
+        # Two lines stand beside the map, clear of the columns' marks.
+        upright = "center" if given == "up" else "top" if row == last else "bottom"
+        axes.annotate(text, place, xycoords=("axes fraction", "data"), va=upright, ha="left", **marks)
     for column, text in ((0, "column 0"), (columns - 1, f"column {columns - 1}")):
         place = (lattice.x[column], 1.01)
         axes.annotate(text, place, xycoords=("data", "axes fraction"), va="bottom", ha="center", **marks)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +12,9 @@ from ..foundation.checks import Mask, Vector, finite_number
 from ..foundation.loading import load_modules
 from ..foundation.pictures import PLAIN, Wanted
 from ..models.on_lattice import LatticeModel
+from ..models.records import held_reaction
 from .section import cut_of_row, draw_section, section_axes
-from .states import colours_by_number, draw_legend_of_states
+from .states import colours_by_number, draw_legend_of_states, mark_unsupported
 from .style import CLEAR, CONTACT, INK, map_height, new_figure, same_scales, tidy, two_halves
 from .views import answer_figure, draw_answer, draw_states, draw_values, settling_figure
 
@@ -30,11 +32,10 @@ def _map_and_section(model: LatticeModel, solution: Answered, wanted: Wanted = P
     figure = new_figure(12.5, map_height(model.extent) + 1.0)
     left, right = two_halves(figure)
     draw_answer(model, left, solution)
-    row, axes = section_row(model, wanted.section), section_axes(right)
+    row, axes = telling_row(model, [solution], wanted.section), section_axes(right)
     draw_section(axes, cut_of_row(model, solution.gap, row), model, solution)
-    if wanted.section is not None:
-        left.axes[0].axhline(model.lattice.y[row], color=INK, lw=0.8, ls="--")
-    axes[0].set_title(f"Section at y = {model.lattice.y[row]:g}")
+    mark_section(left.axes[0], model, row)
+    axes[0].set_title(title_of_section(model, row, wanted.section))
     return figure
 
 
@@ -46,7 +47,7 @@ def _draw_states(model: LatticeModel, axes: Axes, state: NDArray[np.int64], cont
     axes.pcolormesh(lattice.x, lattice.y, grid, cmap=colours, vmin=low, vmax=high, shading="nearest", rasterized=True)
     _draw_free_boundary(axes, lattice.x, lattice.y, lattice.scatter(contact.astype(float)))
     draw_frame_outline(axes, model)
-    draw_legend_of_states(axes, state, proven)
+    draw_legend_of_states(axes, state, proven, mark_unsupported(axes, model))
     axes.set(xlabel="x", ylabel="y", title="Contact map")
     same_scales(axes)
     tidy(axes)
@@ -137,6 +138,35 @@ def section_row(model: LatticeModel, place: float | None) -> int:
         raise ValueError(f"section must lie between y = {y[0]:g} and {y[-1]:g}, got {place:g}")
     rows = np.flatnonzero(model.lattice.mask.any(axis=1))
     return int(rows[np.argmin(np.abs(y[rows] - place))])
+
+
+def telling_row(model: LatticeModel, solutions: Sequence[Answered], place: float | None) -> int:
+    """Return the row of the section of some answers: as `section_row`, but by default one in which a node touches.
+
+    That is the middle row if it touches anywhere in one of the answers, or none does; else the row in which the largest
+    reaction is found.
+    """
+    row = section_row(model, place)
+    if place is not None:
+        return row
+    touching = [np.where(solution.contact, np.abs(held_reaction(solution)), 0.0) for solution in solutions]
+    rows = np.max([model.lattice.scatter(reaction, fill=0.0).max(axis=1) for reaction in touching], axis=0)
+    return row if rows[row] > 0 or not rows.any() else int(rows.argmax())
+
+
+def title_of_section(model: LatticeModel, row: int, place: float | None) -> str:
+    """Return at which y a section lies, and that another one was asked for where that is between rows."""
+    y = float(model.lattice.y[row])
+    if place is None or abs(place - y) <= 1e-6 * model.lattice.spacing:
+        return f"Section at y = {y:g}"
+    return f"Section at y = {y:g}, the row nearest to {place:g}"
+
+
+def mark_section(axes: Axes, model: LatticeModel, row: int) -> None:
+    """Draw where a section runs, as a line that is seen on any colour."""
+    y = float(model.lattice.y[row])
+    axes.axhline(y, color="white", lw=1.8, alpha=0.6)
+    axes.axhline(y, color=INK, lw=0.9, ls="--")
 
 
 def _middle_row(mask: Mask) -> int:

@@ -13,7 +13,7 @@ from ..foundation.pictures import PLAIN, Wanted
 from ..models.cable_net import CableNet
 from ..models.records import NodeState
 from .on_line import line_of
-from .states import STATE_COLOURS, draw_legend_of_states, seen
+from .states import STATE_COLOURS, draw_legend_of_states, mark_unsupported, seen
 from .style import BLUE, GROUND, INK, map_height, new_figure, same_scales, tidy, tidy_in_space, two_halves
 from .views import answer_figure, draw_answer, draw_states, draw_values, scatter_states, scatter_values
 
@@ -50,7 +50,7 @@ def _draw_states(net: CableNet, axes: Axes, state: NDArray[np.int64], contact: M
         _draw_lines(axes, net.positions[net.segments[kind == k]], colour, _width(k))
     scatter_states(axes, net, state)
     fixed = _draw_fixed(axes, net)
-    draw_legend_of_states(axes, state, proven, more=[fixed])
+    draw_legend_of_states(axes, state, proven, [fixed, *mark_unsupported(axes, net)])
     axes.set(xlabel="x", ylabel="y", title="Contact map")
     same_scales(axes)
     tidy(axes)
@@ -89,7 +89,8 @@ def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
     axes.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
     least, most = drawn.min() - room, drawn.max() + room
     axes.set(zlim=(least, most) if net.upwards else (most, least))
-    axes.set(xlabel="x", ylabel="y", title=f"Net and support, heights not to scale\n({net.sense})")
+    far = "" if near[net.supported].all() else ", deep support left out"
+    axes.set(xlabel="x", ylabel="y", title=f"Net and support, heights not to scale\n({net.sense}{far})")
     axes.set_box_aspect((1, 1, 0.5), zoom=0.98)
     tidy_in_space(axes)
     if near.any():

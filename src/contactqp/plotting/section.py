@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..models.records import held_reaction
 from .style import BLUE, CONTACT, CONTACT_UPPER, GROUND, INK, tidy
 
 if TYPE_CHECKING:
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     from ..models.base import ContactModel
     from ..models.on_lattice import LatticeModel
     from ..models.records import Answered
+
+
+REACTION = "reaction R\n(force per node)"
+"""Label of an axis."""
 
 
 class Cut(NamedTuple):
@@ -97,11 +102,20 @@ def draw_section(axes: NDArray[Any], cut: Cut, model: ContactModel, solution: An
     gap_axes.plot(node_x, clearance, ".-", color=INK, lw=1, ms=3)
     gap_axes.axhline(0, color=INK, lw=0.6)
     gap_axes.set(ylabel="gap ω")
-    reaction, width = solution.reaction[number], max(0.6, min(2.0, 150 / node_x.size))
+    held = held_reaction(solution)
+    reaction, width = held[number], max(0.6, min(2.0, 150 / node_x.size))
     for chosen, colour in ((~upper, CONTACT), (upper, CONTACT_UPPER)):
+        chosen = chosen & (reaction != 0)
         force_axes.vlines(node_x[chosen], 0, reaction[chosen], color=colour, lw=width)
     force_axes.axhline(0, color=INK, lw=0.6)
-    force_axes.set(xlabel=xlabel, ylabel="reaction R")
+    # The scale is that of the whole answer: beside its largest reaction, what rounding leaves is nothing.
+    low, high = min(0.0, float(held.min())), max(0.0, float(held.max()))
+    margin = 0.08 * (high - low)
+    if margin:
+        force_axes.set_ylim(low - margin if low else -0.4 * margin, high + margin if high else 0.4 * margin)
+    else:
+        force_axes.set(ylim=(-0.05, 1.0), yticks=[0.0])
+    force_axes.set(xlabel=xlabel, ylabel=REACTION)
     for each in axes:
         tidy(each)
 
@@ -125,7 +139,8 @@ def draw_shape(axes: Axes, cut: Cut, model: ContactModel, solution: Answered) ->
     axes.plot(cut.x, cut.heights, color=BLUE, lw=1.8, label=f"{cut.noun} w")
     at_nodes, upper = solution.deflection[cut.number], solution.contact_upper[cut.number]
     lower = solution.contact_lower[cut.number]
-    axes.plot(cut.node_x[lower], at_nodes[lower], ".", color=CONTACT, ms=4, label="in contact")
+    if lower.any():
+        axes.plot(cut.node_x[lower], at_nodes[lower], ".", color=CONTACT, ms=4, label="in contact")
     if upper.any():
         axes.plot(cut.node_x[upper], at_nodes[upper], ".", color=CONTACT_UPPER, ms=4, label="at the upper bound")
     axes.set_ylim(bottom, top)

@@ -45,11 +45,30 @@ def membrane_in_space(membrane: Membrane, solution: Answered, wanted: Wanted) ->
     known = surface[np.isfinite(surface)]
     reach, lowest = float(np.ptp(known)) or 1.0, membrane.lowest(known)
     # A support that lies deep would flatten the membrane.
-    below[(below < lowest - reach) if membrane.upwards else (below > lowest + reach)] = np.nan
+    plane = lowest - reach if membrane.upwards else lowest + reach
+    cut = _cut_off(below, plane, membrane.upwards)
     _draw_surface(axes, membrane, below, GROUND, 0.25)
     _draw_frame(axes, membrane)
     _finish(axes, membrane, wanted)
-    return _titled(axes, wanted, f"{solution.backend}: deflection over the support, heights not to scale")
+    told = f"\nThe support goes on below {plane:.3g}." if cut else ""
+    return _titled(axes, wanted, f"{solution.backend}: deflection over the support, heights not to scale{told}")
+
+
+def _cut_off(heights: NDArray[Any], plane: float, upwards: bool) -> bool:
+    """Cut a surface off at a plane, in place, and return whether anything lay below it.
+
+    What lies below the plane is left out, but for the points next to what is seen, which are moved up to it: so the
+    surface ends at the plane and not wherever its last facet did.
+    """
+    seen = np.isfinite(heights) & (heights >= plane if upwards else heights <= plane)
+    below = np.isfinite(heights) & ~seen
+    beside = np.zeros_like(seen)
+    ring = np.pad(seen, 1)
+    rows, columns = seen.shape
+    for row, column in np.ndindex(3, 3):
+        beside |= ring[row : row + rows, column : column + columns]
+    heights[below] = np.where(beside[below], plane, np.nan)
+    return bool(below.any())
 
 
 def _laid(membrane: Membrane, values: NDArray[Any]) -> NDArray[Any]:

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from ..foundation.loading import load_modules
 from ..models.records import NodeState, states_of
-from .style import CLEAR, CONTACT, CONTACT_UPPER, UNDECIDED
+from .style import CLEAR, CONTACT, CONTACT_UPPER, INK, UNDECIDED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import ListedColormap
 
+    from ..models.base import ContactModel
     from ..models.records import Answered
 
 STATE_COLOURS: dict[int, str] = {
@@ -63,6 +64,18 @@ def labels_of_states(state: NDArray[np.int64], proven: str) -> dict[int, str]:
     counts = {k: np.count_nonzero(state == k) for k in names}
     common = (NodeState.CLEAR, NodeState.CONTACT)
     return {k: f"{name} ({counts[k]})" for k, name in names.items() if k in common or counts[k]}
+
+
+def mark_unsupported(axes: Axes, model: ContactModel) -> list[Any]:
+    """Mark the nodes below which there is no support, and return what a legend needs, if there are any."""
+    pits = ~model.supported
+    if not pits.any():
+        return []
+    size = float(np.clip(4000 / model.size, 1, 20))
+    places = model.node_x[pits], model.node_y[pits]
+    crosses = axes.scatter(*places, s=size, marker="x", lw=0.6, color=INK, zorder=3)
+    crosses.set_label(f"no support ({np.count_nonzero(pits)})")
+    return [crosses]
 
 
 def draw_legend_of_states(axes: Axes, state: NDArray[np.int64], proven: str, more: Sequence[Any] = ()) -> None:

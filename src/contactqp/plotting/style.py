@@ -21,6 +21,10 @@ CONTACT_UPPER = "#7a4e9c"
 BLUE, GROUND = "#2f6690", "#b9a88f"
 
 
+_ROOM = 0.09
+"""Inches about the parts of a figure, so that no axis runs to its edge and no label to a legend."""
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return a figure that belongs to no window and shows itself in a notebook."""
     from io import BytesIO
@@ -34,7 +38,10 @@ def new_figure(width: float, height: float) -> Figure:
             self.savefig(buffer, format="png", dpi=90)
             return buffer.getvalue()
 
-    return Picture(figsize=(width, height), layout="constrained")
+    picture = Picture(figsize=(width, height), layout="constrained")
+    engine: Any = picture.get_layout_engine()
+    engine.set(w_pad=_ROOM, h_pad=_ROOM)
+    return picture
 
 
 def head(figure: Figure, text: str) -> None:

@@ -26,7 +26,7 @@ from .on_line import (
     settling_on_line,
     values_on_line,
 )
-from .states import STATE_COLOURS, draw_legend_of_states, seen
+from .states import STATE_COLOURS, draw_legend_of_states, mark_unsupported, seen
 from .style import BLUE, CONTACT, GROUND, INK, map_height, new_figure, same_scales, tidy
 
 if TYPE_CHECKING:
@@ -38,6 +38,10 @@ if TYPE_CHECKING:
     from ..foundation.checks import Mask, Vector
     from ..models.records import Answered, Enclosed, Settling
     from ..problem.contact_qp import ContactQP
+
+
+GAP_AND_REACTION = "gap ω, R / G_ii"
+"""Label of an axis: both are of the unit that the gap has."""
 
 
 class NodePlaces(NamedTuple):
@@ -118,7 +122,7 @@ def _draw_sorted(axes: Axes, solution: Answered) -> None:
     axes.plot(
         (solution.reaction / solution.problem.stiffness.diagonal())[order], color=CONTACT, label="reaction R / G_ii"
     )
-    axes.set(xlabel="unknowns, sorted", ylabel="length", title="Gap and reaction")
+    axes.set(xlabel="unknowns, sorted", ylabel=GAP_AND_REACTION, title="Gap and reaction")
     axes.legend(frameon=False)
     tidy(axes)
 
@@ -162,7 +166,7 @@ def draw_states(model: ContactModel, axes: Axes, state: NDArray[np.int64], conta
         What the legend writes before a state.
     """
     scatter_states(axes, model, state)
-    draw_legend_of_states(axes, state, proven)
+    draw_legend_of_states(axes, state, proven, mark_unsupported(axes, model))
     axes.set(xlabel="x", ylabel="y", title="Contact map")
     same_scales(axes)
     tidy(axes)

@@ -25,6 +25,7 @@ from ..foundation.progress import Progress
 from ..foundation.text import at_most, counted
 from ..methods.factors import DIRECT_SIZE
 from ..models.base import ContactModel, ForceBalance, split
+from ..models.records import held_reaction
 from ..problem.contact_qp import ContactQP
 from ..problem.posed import Units
 from ..proof.certificate import Certificate
@@ -573,8 +574,7 @@ class Solution:
         error, has left out of balance, of either sign.
         """
         area = self._physical("contact_pressure").area_of_node("contact_pressure")
-        pressure = self.reaction / area
-        return pressure if self.certificate is None else np.where(self.certificate.clear, 0.0, pressure)
+        return held_reaction(self) / area
 
     @property
     def max_slope(self) -> float:
@@ -653,7 +653,7 @@ class Solution:
         title: str | None = None,
         units: UnitNames = "",
     ) -> Figure:
-        """Draw the contact map and the middle section with support, deflection and reaction.
+        """Draw the contact map and a section with support, deflection and reaction.
 
         The certain states have their own colours: in contact, clear, undecided; a line marks the free boundary.
         A cable and any model whose nodes lie in a line have a section only, a cable net its plan and a view in space,
@@ -667,7 +667,8 @@ class Solution:
         kind : {"map", "surface"}
             ``"surface"`` is a view of a membrane in space, see `plot3d`.
         section : float, optional
-            Ordinate y of the section (length); the nearest row is drawn. By default the middle one.
+            Ordinate y of the section (length); the nearest row is drawn. By default the middle one, or where that
+            touches nowhere the one of the largest reaction.
         title : str, optional
             Headline in place of the picture's own.
         units : str or mapping, optional
@@ -734,9 +735,7 @@ class Solution:
             proof = f"weaker bound, {lacking}" if self.certificate.weaker else "certified"
             yield "gap error", f"<= {at_most(self.certificate.gap_bound)} ({proof}), {relative}"
             yield "against", DISCRETE
-            certain, clear = (int(np.count_nonzero(m)) for m in (self.certificate.contact, self.certificate.clear))
-            undecided = int(np.count_nonzero(self.certificate.undecided))
-            yield "nodes", f"{certain} in contact, {clear} clear, {undecided} undecided"
+            yield "nodes", f"{_counts_of(self.certificate)}: proven of the exact solution"
         elif self.residuals is not None:
             residual = f"{self.residuals.natural_residual:.2g} (natural), {self.relative_residual:.1g} {wanted}"
             yield "residual", f"{residual}; no enclosure is known for this matrix"
@@ -751,3 +750,12 @@ class Solution:
             if self._conditioning:
                 yield "matrix", self._conditioning
             yield "advice", self.status.advice
+
+
+def _counts_of(certificate: Certificate) -> str:
+    """Return how many nodes are proven to be in which state, in words."""
+    proven = {"in contact": certificate.contact}
+    if not certificate.problem.one_sided:
+        proven = {"at lower": certificate.contact_lower, "at upper": certificate.contact_upper}
+    states = {**proven, "clear": certificate.clear, "undecided": certificate.undecided}
+    return ", ".join(f"{np.count_nonzero(nodes)} {name}" for name, nodes in states.items())
