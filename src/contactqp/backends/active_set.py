@@ -13,7 +13,7 @@ from ..foundation.threads import Team
 from ..methods.active_set.cases import CaseSolver
 from ..methods.active_set.primal_dual import ActiveSet
 from ..methods.factors import DIRECT_SIZE
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
 from .base import Answer, Backend, CaseAnswers, State, Stop, Task, as_it_is_now
 
@@ -33,7 +33,7 @@ class ActiveSetBackend(Backend):
     practical_size: ClassVar[int | None] = 2_000_000
     reachable_tol: ClassVar[float | None] = 1e-14
 
-    def prepare(self, problem: ContactQP, task: Task, *, history: bool = False) -> _Prepared:
+    def prepare(self, problem: ContactProblem, task: Task, *, history: bool = False) -> _Prepared:
         """Prepare active sets: the hierarchy or the factors of the last free nodes are kept from load to load.
 
         Parameters
@@ -52,13 +52,13 @@ class ActiveSetBackend(Backend):
 class _Prepared(State):
     """The iteration of the last solve."""
 
-    def __init__(self, problem: ContactQP, task: Task, history: bool) -> None:
+    def __init__(self, problem: ContactProblem, task: Task, history: bool) -> None:
         started = working_seconds()
         self._problem, self._history, self._solver = problem, history, prepared(problem, task)
         self._setup_seconds = working_seconds() - started
         self._cases: CaseSolver | None = None
 
-    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
         """See `State.solve`."""
         started = working_seconds()
         problem = as_it_is_now(self._problem, q, problem)
@@ -80,7 +80,7 @@ class _Prepared(State):
         return CaseAnswers(gaps, steps, _AT_REST, ActiveSetBackend.iteration_unit, working_seconds() - started)
 
 
-def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:
+def _start(solver: ActiveSet, problem: ContactProblem, task: Task) -> None:
     """Set ω to the warm start, or start from coarser problems."""
     if task.warm_start is not None:
         solver.omega = problem.project(task.warm_start)
@@ -92,7 +92,7 @@ def _start(solver: ActiveSet, problem: ContactQP, task: Task) -> None:
         solver.omega = start_on_lattice
 
 
-def prepared(problem: ContactQP, task: Task) -> ActiveSet:
+def prepared(problem: ContactProblem, task: Task) -> ActiveSet:
     """Return the iteration at ω = 0."""
     units = _units(problem, task)
     bounds = problem.lower, problem.bounds.upper_if_any
@@ -102,11 +102,11 @@ def prepared(problem: ContactQP, task: Task) -> ActiveSet:
     return solver
 
 
-def _units(problem: ContactQP, task: Task) -> Vector:
+def _units(problem: ContactProblem, task: Task) -> Vector:
     return np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
 
 
-def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
+def _lattice_start(problem: ContactProblem, task: Task) -> Vector | None:
     """Return a gap by multigrid if the matrix is that of a lattice, whether it was given so or not; else None."""
     units = _units(problem, task)
     relative = units / units.max()
@@ -132,7 +132,7 @@ def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
     return np.asarray(lattice.layout.vector(gap) / relative)
 
 
-def iterate(solver: ActiveSet, problem: ContactQP, task: Task, budget: int, history: bool = False) -> Answer:
+def iterate(solver: ActiveSet, problem: ContactProblem, task: Task, budget: int, history: bool = False) -> Answer:
     """Go on until the contact set rests and the equations of the free nodes are solved."""
     started = working_seconds()
     stop, why, steps = Stop.ITERATION_LIMIT, "step limit", 0

@@ -1,6 +1,6 @@
 """The contract between the package and a backend.
 
-A backend turns a dimensionless `ContactQP` into a vector and raw facts. It never judges its own answer, never prints,
+A backend turns a dimensionless problem into a vector and raw facts. It never judges its own answer, never prints,
 and imports the library that it calls only when it is called.
 """
 
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ..errors import MissingBackendError, UnsuitableProblemError
 from ..foundation.checks import Vector, nearest
 from ..foundation.progress import Progress, silent
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
 
 
@@ -51,14 +51,14 @@ class Need(ABC):
     ONE_SIDED: ClassVar[Need]
 
     @abstractmethod
-    def holds(self, problem: ContactQP) -> str | None:
+    def holds(self, problem: ContactProblem) -> str | None:
         """Return None if the problem has the property, and else what is needed and what the problem has instead."""
 
 
 class _ZMatrix(Need):
     name = "Z-matrix"
 
-    def holds(self, problem: ContactQP) -> str | None:
+    def holds(self, problem: ContactProblem) -> str | None:
         if problem.positive_off_diagonal is None:
             return None
         i, j, value = problem.positive_off_diagonal
@@ -68,7 +68,7 @@ class _ZMatrix(Need):
 class _Lattice(Need):
     name = "lattice"
 
-    def holds(self, problem: ContactQP) -> str | None:
+    def holds(self, problem: ContactProblem) -> str | None:
         if problem.stencil is not None:
             return None
         return "a problem on a lattice (a Membrane or a Cable), but G was given as a matrix"
@@ -77,7 +77,7 @@ class _Lattice(Need):
 class _OneSided(Need):
     name = "no upper bound"
 
-    def holds(self, problem: ContactQP) -> str | None:
+    def holds(self, problem: ContactProblem) -> str | None:
         if problem.one_sided:
             return None
         node = int(np.argmax(np.isfinite(problem.upper)))
@@ -241,7 +241,7 @@ class State(ABC):
     """What a backend keeps of a problem from load to load: a workspace, a hierarchy, factors."""
 
     @abstractmethod
-    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
         """Solve the prepared problem with other forces.
 
         Parameters
@@ -249,7 +249,7 @@ class State(ABC):
         q : array, shape (n,)
             Dimensionless.
         task : Task
-        problem : ContactQP, optional
+        problem : ContactProblem, optional
             The dimensionless problem as it is now: it has the forces ``q`` and the matrix that was prepared, and bounds
             of the same kinds, though their values and the reference may differ. By default the prepared one.
         """
@@ -269,7 +269,7 @@ class State(ABC):
         return None
 
 
-def as_it_is_now(prepared: ContactQP, q: Vector, problem: ContactQP | None) -> ContactQP:
+def as_it_is_now(prepared: ContactProblem, q: Vector, problem: ContactProblem | None) -> ContactProblem:
     """Return the problem that a state is asked to solve: the one that it is given, or the prepared one with forces q.
 
     Parameters
@@ -285,10 +285,10 @@ def as_it_is_now(prepared: ContactQP, q: Vector, problem: ContactQP | None) -> C
 class _OneShot(State):
     """The state of a backend that keeps nothing."""
 
-    def __init__(self, backend: Backend, problem: ContactQP, options: Mapping[str, Any]) -> None:
+    def __init__(self, backend: Backend, problem: ContactProblem, options: Mapping[str, Any]) -> None:
         self._backend, self._problem, self._options = backend, problem, dict(options)
 
-    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
         return self._backend.solve(as_it_is_now(self._problem, q, problem), task, **self._options)
 
 
@@ -328,15 +328,15 @@ class Backend(ABC):
     practical_size: ClassVar[int | None] = None
     reachable_tol: ClassVar[float | None] = None
 
-    def solve(self, problem: ContactQP, task: Task, *_: Any, **options: Any) -> Answer:
+    def solve(self, problem: ContactProblem, task: Task, *_: Any, **options: Any) -> Answer:
         """Solve the dimensionless ``problem``: l ≤ ω ≤ u, with zero always among the admissible gaps."""
         return self.state_of(problem, task, options).solve(problem.q, task)
 
-    def prepare(self, problem: ContactQP, task: Task, *_: Any, **options: Any) -> State:
+    def prepare(self, problem: ContactProblem, task: Task, *_: Any, **options: Any) -> State:
         """Return a state that solves the problem again and again; by default one that keeps nothing."""
         return _OneShot(self, problem, options)
 
-    def state_of(self, problem: ContactQP, task: Task, options: Mapping[str, Any]) -> State:
+    def state_of(self, problem: ContactProblem, task: Task, options: Mapping[str, Any]) -> State:
         """Return what `prepare` does, which must be a `State`."""
         state: Any = self.prepare(problem, task, **options)
         if not isinstance(state, State):
@@ -386,7 +386,7 @@ class Backend(ABC):
                     f"backend {self.name!r} has no option {option!r}{nearest(option, known)}; its options: {listed}"
                 )
 
-    def check_problem(self, problem: ContactQP) -> None:
+    def check_problem(self, problem: ContactProblem) -> None:
         """Raise an UnsuitableProblemError if the problem lacks a property that the method relies on."""
         for need in self.needs:
             reason = need.holds(problem)

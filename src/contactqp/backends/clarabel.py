@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .base import Backend, Stop, Task
 from .library import Ask, Outcome, Plan, Reply, Setting, Vectors, Workspace
 from .matrices import upper_triangle
@@ -32,7 +32,7 @@ class Clarabel(Backend):
 
     def prepare(
         self,
-        problem: ContactQP,
+        problem: ContactProblem,
         task: Task,
         *,
         direct_solve_method: Literal["qdldl", "faer"] = "qdldl",

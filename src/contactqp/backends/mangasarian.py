@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..foundation.checks import positive_vector
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .base import Backend, Need, Stop, Task
 from .library import Ask, LibraryState, Outcome, Plan, Reply, Vectors, Workspace
 
@@ -42,7 +42,7 @@ class Mangasarian(Backend):
 
     def prepare(
         self,
-        problem: ContactQP,
+        problem: ContactProblem,
         task: Task,
         *,
         cost: ArrayLike | None = None,

@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from ..foundation.checks import Vector, positive_number
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .base import Backend, Stop, Task
 from .library import Ask, LibraryState, Outcome, Plan, Reply, Vectors, Workspace
 from .matrices import identity, upper_triangle
@@ -36,7 +36,7 @@ class Osqp(Backend):
 
     def prepare(
         self,
-        problem: ContactQP,
+        problem: ContactProblem,
         task: Task,
         *,
         rho: Positive = 3.0,

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..foundation.checks import Vector, one_of, open_interval, positive_number
 from ..foundation.loading import load_modules, working_seconds
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .base import Answer, Backend, Stop, Task
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class Psor(Backend):
 
     def solve(
         self,
-        problem: ContactQP,
+        problem: ContactProblem,
         task: Task,
         *,
         relaxation: float | Literal["auto"] = "auto",
@@ -213,7 +213,7 @@ class _CertifiedRule(_Rule):
         return _STALLED if self._stalled == _PATIENCE else None
 
 
-def _arm_weight(problem: ContactQP) -> float:
+def _arm_weight(problem: ContactProblem) -> float:
     """Return G_ii over the stiffness of an arm, by which R_i/G_ii becomes R_i over that stiffness."""
     lattice = problem.stiffness.uniform_lattice
     if lattice is None:

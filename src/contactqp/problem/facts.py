@@ -30,6 +30,11 @@ class MatrixFacts:
     def __init__(self, stiffness: Stiffness) -> None:
         self.stiffness = stiffness
 
+    @property
+    def kind(self) -> str:
+        """What the matrix is, in a word or two."""
+        return "M-matrix" if self.stiffness.positive_off_diagonal is None else "no Z-matrix"
+
     @cached_property
     def G(self) -> csr_array:
         """The stiffness as a sparse array, read-only."""

@@ -14,7 +14,7 @@ from ..foundation.checks import Mask, Vector, repeated
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..foundation.text import at_least, at_most
 from ..models.base import ContactModel
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.eigenvalue import LeastEigenvalue
 from .beyond_m_matrices import COMPARISON, EIGENVALUE
 from .enclosure import Enclosure, Proven, middle_and_radius, proven
@@ -39,7 +39,7 @@ class Certificate:
 
     Attributes
     ----------
-    problem : ContactQP
+    problem : ContactProblem
         The problem.
     model : Membrane, Cable, CableNet or None
         What it comes from, if that was certified.
@@ -59,7 +59,7 @@ class Certificate:
         Nodes where R* < 0 is certain: the upper bound holds them. All False where there is none.
     """
 
-    problem: ContactQP = field(repr=False)
+    problem: ContactProblem = field(repr=False)
     lower: Vector
     upper: Vector
     gap_bound: float
@@ -75,12 +75,12 @@ class Certificate:
             object.__setattr__(self, "contact_upper", _nowhere(self.contact.size))
 
     @classmethod
-    def of(cls, problem: ContactQP, found: Enclosure) -> Certificate:
+    def of(cls, problem: ContactProblem, found: Enclosure) -> Certificate:
         """Return what an enclosure of the solution proves."""
         return cls.of_case(problem, proven(problem, found))
 
     @classmethod
-    def of_case(cls, problem: ContactQP, found: Proven, case: int | tuple[()] = ()) -> Certificate:
+    def of_case(cls, problem: ContactProblem, found: Proven, case: int | tuple[()] = ()) -> Certificate:
         """Return the certificate of one of the cases that something is proven of; by default there is only one."""
         if not found.finite[case]:
             return cls.unknown(problem, found.barrier)
@@ -94,7 +94,7 @@ class Certificate:
         return cls(problem, lower, upper, bound, contact, clear, found.barrier, None, *above)
 
     @classmethod
-    def unknown(cls, problem: ContactQP, barrier: str) -> Certificate:
+    def unknown(cls, problem: ContactProblem, barrier: str) -> Certificate:
         """Return the enclosure that always holds, for numbers whose bounds overflow."""
         nowhere = np.zeros(problem.size, dtype=np.bool_)
         unbounded = ~problem.supported & np.isposinf(problem.upper)

@@ -13,7 +13,7 @@ from ..foundation.checks import Vector, one_of
 from ..geometry.fields import Rows
 from ..models.base import ContactModel, at_unknowns, split
 from ..models.records import Answered
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .beyond_m_matrices import repaired
 from .certificate import Certificate
 from .enclosure import Enclosure
@@ -28,7 +28,7 @@ SHARP_SIZE = 5_000_000
 
 @np.errstate(over="ignore", invalid="ignore")
 def certify(
-    problem: ContactQP | ContactModel,
+    problem: ContactProblem | ContactModel,
     gap: ArrayLike | Answered,
     *,
     effort: Effort | None = None,
@@ -53,7 +53,7 @@ def certify(
 
     Parameters
     ----------
-    problem : Membrane, Cable, CableNet or ContactQP
+    problem : Membrane, Cable, CableNet, ContactQP or ContactLCP
         Any; what is known of its matrix decides on the kind of bound.
     gap : array, shape (n,), or xarray.DataArray, or Solution
         The approximate solution ω (length); it need not be feasible. On a lattice also an array of its shape, of which
