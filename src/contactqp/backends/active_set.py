@@ -1,4 +1,7 @@
-"""The primal-dual active set method for sparse matrices, `contactqp.methods.active_set`."""
+"""The primal-dual active set method for sparse matrices, `contactqp.methods.active_set`.
+
+A matrix that is not symmetric is left to its plain form, Howard's policy iteration.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,13 @@ from ..foundation.checks import Vector
 from ..foundation.loading import load_modules, working_seconds
 from ..foundation.threads import Team
 from ..methods.active_set.cases import CaseSolver
+from ..methods.active_set.iteration import ActiveSets
+from ..methods.active_set.policy import PolicyIteration
 from ..methods.active_set.primal_dual import ActiveSet
 from ..methods.factors import DIRECT_SIZE
 from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
-from .base import Answer, Backend, CaseAnswers, State, Stop, Task, as_it_is_now
+from .base import Answer, Backend, CaseAnswers, Need, State, Stop, Task, as_it_is_now
 
 _MAX_STEPS = 500
 _AT_REST = "nothing moves any more"
@@ -32,6 +37,7 @@ class ActiveSetBackend(Backend):
     iteration_unit: ClassVar[str] = "step"
     practical_size: ClassVar[int | None] = 2_000_000
     reachable_tol: ClassVar[float | None] = 1e-14
+    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC,)
 
     def prepare(self, problem: ContactProblem, task: Task, *, history: bool = False) -> _Prepared:
         """Prepare active sets: the hierarchy or the factors of the last free nodes are kept from load to load.
@@ -44,7 +50,7 @@ class ActiveSetBackend(Backend):
             rectangular lattice's, and else an algebraic one.
         history : bool
             Whether to record of every step: "exchanged" (nodes that changed sides) and "energy" (½ωᵀGω + qᵀω at its
-            end, dimensionless).
+            end, dimensionless; nan for a matrix that is not symmetric).
         """
         return _Prepared(problem, task, history)
 
@@ -72,7 +78,7 @@ class _Prepared(State):
     def answers(self, cases: LoadCases, asked: int) -> CaseAnswers | None:
         """See `State.answers`."""
         started = working_seconds()
-        if self._cases is None and not self._history:
+        if self._cases is None and not self._history and self._problem.symmetric:
             self._cases = CaseSolver.of(self._problem.G, len(cases.q), asked)
         if self._cases is None or not self._cases.affordable:
             return None
@@ -80,7 +86,7 @@ class _Prepared(State):
         return CaseAnswers(gaps, steps, _AT_REST, ActiveSetBackend.iteration_unit, working_seconds() - started)
 
 
-def _start(solver: ActiveSet, problem: ContactProblem, task: Task) -> None:
+def _start(solver: ActiveSets, problem: ContactProblem, task: Task) -> None:
     """Set ω to the warm start, or start from coarser problems."""
     if task.warm_start is not None:
         solver.omega = problem.project(task.warm_start)
@@ -92,10 +98,12 @@ def _start(solver: ActiveSet, problem: ContactProblem, task: Task) -> None:
         solver.omega = start_on_lattice
 
 
-def prepared(problem: ContactProblem, task: Task) -> ActiveSet:
+def prepared(problem: ContactProblem, task: Task) -> ActiveSets:
     """Return the iteration at ω = 0."""
     units = _units(problem, task)
     bounds = problem.lower, problem.bounds.upper_if_any
+    if not problem.symmetric:
+        return PolicyIteration(problem.G, problem.q, *bounds)
     solver = ActiveSet(problem.G, problem.q, *bounds, units.min() / units, monotone=problem.is_z_matrix)
     if not solver.direct:
         load_modules("contactqp.methods.amg.sparse_kernels", kernels="active-set")
@@ -132,7 +140,7 @@ def _lattice_start(problem: ContactProblem, task: Task) -> Vector | None:
     return np.asarray(lattice.layout.vector(gap) / relative)
 
 
-def iterate(solver: ActiveSet, problem: ContactProblem, task: Task, budget: int, history: bool = False) -> Answer:
+def iterate(solver: ActiveSets, problem: ContactProblem, task: Task, budget: int, history: bool = False) -> Answer:
     """Go on until the contact set rests and the equations of the free nodes are solved."""
     started = working_seconds()
     stop, why, steps = Stop.ITERATION_LIMIT, "step limit", 0
@@ -146,7 +154,8 @@ def iterate(solver: ActiveSet, problem: ContactProblem, task: Task, budget: int,
         steps += 1
         task.progress.update(f"step {steps}, {step.exchanged} nodes changed sides")
         if history:
-            records.append((float(step.exchanged), problem.objective(solver.feasible())))
+            gap = solver.feasible()
+            records.append((float(step.exchanged), float(problem.energy(gap, problem.stiffness.matvec(gap)))))
         if step.finished:
             stop, why = Stop.DONE, _AT_REST
         elif steps % _LOOK_EVERY == 0 and task.accepts(solver.feasible()):

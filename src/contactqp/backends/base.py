@@ -49,6 +49,7 @@ class Need(ABC):
     Z_MATRIX: ClassVar[Need]
     LATTICE: ClassVar[Need]
     ONE_SIDED: ClassVar[Need]
+    SYMMETRIC: ClassVar[Need]
 
     @abstractmethod
     def holds(self, problem: ContactProblem) -> str | None:
@@ -87,7 +88,23 @@ class _OneSided(Need):
         )
 
 
+class _Symmetric(Need):
+    name = "symmetric"
+
+    def holds(self, problem: ContactProblem) -> str | None:
+        if problem.symmetric:
+            return None
+        needed, asymmetry = "a symmetric matrix (a quadratic program)", problem.stiffness.asymmetry
+        if asymmetry is None:
+            return f"{needed}, but got a ContactLCP whose matrix is symmetric; pose it as ContactQP(M, q)"
+        return f"{needed}, but {asymmetry}"
+
+
 Need.Z_MATRIX, Need.LATTICE, Need.ONE_SIDED = _ZMatrix(), _Lattice(), _OneSided()
+Need.SYMMETRIC = _Symmetric()
+
+USUAL: tuple[Need, ...] = (Need.SYMMETRIC,)
+"""What every method relies on, unless it says that it does without."""
 
 
 @dataclass
@@ -310,6 +327,9 @@ class Backend(ABC):
         What one iteration is.
     needs : collection of Need
         Verified before `solve` is called.
+    does_without : collection of Need
+        Of what methods rely on unless they say otherwise (`USUAL`), that which this one does not: with `Need.SYMMETRIC`
+        it solves a `ContactLCP`, too, which has no objective.
     has_own_defaults : bool
         Whether it calls a library that has other defaults than these options, and honours ``task.own_defaults``.
     practical_size : int or None
@@ -324,6 +344,7 @@ class Backend(ABC):
     package: ClassVar[str]
     iteration_unit: ClassVar[str] = "iteration"
     needs: ClassVar[Collection[Need]] = ()
+    does_without: ClassVar[Collection[Need]] = ()
     has_own_defaults: ClassVar[bool] = False
     practical_size: ClassVar[int | None] = None
     reachable_tol: ClassVar[float | None] = None
@@ -388,7 +409,7 @@ class Backend(ABC):
 
     def check_problem(self, problem: ContactProblem) -> None:
         """Raise an UnsuitableProblemError if the problem lacks a property that the method relies on."""
-        for need in self.needs:
+        for need in (*(need for need in USUAL if need not in self.does_without), *self.needs):
             reason = need.holds(problem)
             if reason is not None:
                 raise UnsuitableProblemError(f"backend {self.name!r} needs {reason}")

@@ -13,7 +13,7 @@ import numpy as np
 from ..foundation.checks import Vector, one_of, open_interval, positive_number
 from ..foundation.loading import load_modules, working_seconds
 from ..problem.contact_problem import ContactProblem
-from .base import Answer, Backend, Stop, Task
+from .base import Answer, Backend, Need, Stop, Task
 
 if TYPE_CHECKING:
     from ..methods.sor.sweepers import Sweeper
@@ -35,6 +35,7 @@ class Psor(Backend):
     practical_size: ClassVar[int | None] = 1_000_000
     reachable_tol: ClassVar[float | None] = 1e-13
     iteration_unit: ClassVar[str] = "sweep"
+    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC,)
 
     def solve(
         self,
@@ -54,7 +55,8 @@ class Psor(Backend):
         problem, task
             See `Backend.solve`; it starts from zero, or from the warm start.
         relaxation : float in (0, 2) or "auto"
-            The factor β; "auto" raises it as the decay of the steps asks for (see `contactqp.methods.sor.relaxation`).
+            The factor β; "auto" raises it as the decay of the steps asks for (see `contactqp.methods.sor.relaxation`),
+            and goes back to 1 where the steps of a matrix that is not symmetric cease to fall.
         order : {"lexicographic", "red-black"}
             Order of the nodes; the second is for membranes and cables only. Red and black are told apart by row plus
             column, counted from the smallest box that holds the nodes.
@@ -70,10 +72,12 @@ class Psor(Backend):
             "relaxation".
         """
         load_modules("contactqp.methods.sor.sweepers", kernels="psor")
-        from ..methods.sor.relaxation import AdaptiveRelaxation
+        from ..methods.sor.relaxation import AdaptiveRelaxation, GuardedRelaxation
         from ..methods.sor.sweepers import LatticeSweeper, SparseSweeper
 
-        adaptive = AdaptiveRelaxation() if relaxation == "auto" else None
+        adaptive = None
+        if relaxation == "auto":
+            adaptive = AdaptiveRelaxation() if problem.symmetric else GuardedRelaxation()
         beta = adaptive.beta if adaptive else open_interval(relaxation, 0.0, 2.0, "relaxation")
         one_of(order, ("lexicographic", "red-black"), "order")
         one_of(stopping, ("certified", "step", "residual"), "stopping")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -41,6 +41,18 @@ class MatrixFacts:
         matrix = self.stiffness.tocsr()
         matrix.data.setflags(write=False)
         return matrix
+
+    def mean_deflection(self, force: Vector) -> Vector:
+        """Return the mean deflection that forces make, shape (...): a bound by the barrier, or a rough estimate.
+
+        Parameters
+        ----------
+        force : array, shape (..., n)
+            Force, >= 0.
+        """
+        if self.barrier is not None:
+            return np.asarray(self.barrier.mean_deflection(force))
+        return np.asarray((force / self.stiffness.diagonal()).max(axis=-1))
 
     def require_definite(self) -> None:
         """Raise a ValueError if the stiffness, a matrix that a user brings, is found to be not positive definite.
@@ -114,6 +126,6 @@ class MatrixFacts:
         return self.stiffness.dimensionless()
 
     @cached_property
-    def scaled(self) -> MatrixFacts:
+    def scaled(self) -> Self:
         """The facts about the dimensionless stiffness."""
-        return MatrixFacts(self.dimensionless[0])
+        return type(self)(self.dimensionless[0])

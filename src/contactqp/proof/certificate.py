@@ -171,7 +171,7 @@ class Certificate:
         low, high = sum_below(lower), sum_above(upper)
         problem = self.problem
         with np.errstate(over="ignore", invalid="ignore"):
-            columns, slack = problem.stiffness.enclosed_product(np.ones(problem.size))
+            columns, slack = problem.stiffness.transposed.enclosed_product(np.ones(problem.size))
             middle, radius = middle_and_radius(self.lower, self.upper)
             product = columns * middle
             reach = np.abs(columns) * radius + slack * (np.abs(middle) + radius)

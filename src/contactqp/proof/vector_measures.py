@@ -51,7 +51,7 @@ class Passes:
                 least,
                 _inner(distance, reaction),
                 np.abs(natural).max(axis=-1),
-                _inner(gap, 0.5 * product + problem.q),
+                problem.energy(gap, product),
             )
 
     @cached_property
