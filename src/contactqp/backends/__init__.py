@@ -157,6 +157,8 @@ def choose_backend(problem: ContactProblem) -> tuple[str, str]:
     and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other matrices active
     sets are the fastest at any size (``benchmarks/matrices.py``).
     """
+    if problem.kernel is not None:
+        return "active-set", f"auto: a {problem.facts.kind}, which contact must hold"
     if problem.size <= DIRECT_SIZE and problem.is_z_matrix and not problem.is_m_matrix:
         # It is one, but for rounding, as it has passed for positive definite.
         return "active-set", f"auto: G is too ill-conditioned to be proven an M-matrix, {problem.told_condition}"

@@ -17,6 +17,7 @@ from ..methods.active_set.cases import CaseSolver
 from ..methods.active_set.iteration import ActiveSets
 from ..methods.active_set.policy import PolicyIteration
 from ..methods.active_set.primal_dual import ActiveSet
+from ..methods.active_set.resting import RestingActiveSet
 from ..methods.factors import DIRECT_SIZE
 from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
@@ -37,7 +38,7 @@ class ActiveSetBackend(Backend):
     iteration_unit: ClassVar[str] = "step"
     practical_size: ClassVar[int | None] = 2_000_000
     reachable_tol: ClassVar[float | None] = 1e-14
-    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC,)
+    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC, Need.DEFINITE)
 
     def prepare(self, problem: ContactProblem, task: Task, *, history: bool = False) -> _Prepared:
         """Prepare active sets: the hierarchy or the factors of the last free nodes are kept from load to load.
@@ -78,7 +79,7 @@ class _Prepared(State):
     def answers(self, cases: LoadCases, asked: int) -> CaseAnswers | None:
         """See `State.answers`."""
         started = working_seconds()
-        if self._cases is None and not self._history and self._problem.symmetric:
+        if self._cases is None and not self._history and self._problem.symmetric and self._problem.kernel is None:
             self._cases = CaseSolver.of(self._problem.G, len(cases.q), asked)
         if self._cases is None or not self._cases.affordable:
             return None
@@ -91,7 +92,8 @@ def _start(solver: ActiveSets, problem: ContactProblem, task: Task) -> None:
     if task.warm_start is not None:
         solver.omega = problem.project(task.warm_start)
         return
-    start_on_lattice = None if problem.size <= DIRECT_SIZE else _lattice_start(problem, task)
+    alone = problem.size <= DIRECT_SIZE or problem.kernel is not None
+    start_on_lattice = None if alone else _lattice_start(problem, task)
     if start_on_lattice is None:
         solver.start(task.progress.update)
     else:
@@ -104,7 +106,8 @@ def prepared(problem: ContactProblem, task: Task) -> ActiveSets:
     bounds = problem.lower, problem.bounds.upper_if_any
     if not problem.symmetric:
         return PolicyIteration(problem.G, problem.q, *bounds)
-    solver = ActiveSet(problem.G, problem.q, *bounds, units.min() / units, monotone=problem.is_z_matrix)
+    given = problem.G, problem.q, *bounds, units.min() / units, problem.is_z_matrix
+    solver = ActiveSet(*given) if problem.kernel is None else RestingActiveSet(*given, kernel=problem.kernel)
     if not solver.direct:
         load_modules("contactqp.methods.amg.sparse_kernels", kernels="active-set")
     return solver

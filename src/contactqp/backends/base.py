@@ -50,6 +50,7 @@ class Need(ABC):
     LATTICE: ClassVar[Need]
     ONE_SIDED: ClassVar[Need]
     SYMMETRIC: ClassVar[Need]
+    DEFINITE: ClassVar[Need]
 
     @abstractmethod
     def holds(self, problem: ContactProblem) -> str | None:
@@ -101,9 +102,20 @@ class _Symmetric(Need):
 
 
 Need.Z_MATRIX, Need.LATTICE, Need.ONE_SIDED = _ZMatrix(), _Lattice(), _OneSided()
-Need.SYMMETRIC = _Symmetric()
 
-USUAL: tuple[Need, ...] = (Need.SYMMETRIC,)
+
+class _Definite(Need):
+    name = "positive definite"
+
+    def holds(self, problem: ContactProblem) -> str | None:
+        if problem.kernel is None:
+            return None
+        return f"a positive definite matrix, but G was given with a kernel ({problem.facts.kind})"
+
+
+Need.SYMMETRIC, Need.DEFINITE = _Symmetric(), _Definite()
+
+USUAL: tuple[Need, ...] = (Need.SYMMETRIC, Need.DEFINITE)
 """What every method relies on, unless it says that it does without."""
 
 
@@ -329,7 +341,7 @@ class Backend(ABC):
         Verified before `solve` is called.
     does_without : collection of Need
         Of what methods rely on unless they say otherwise (`USUAL`), that which this one does not: with `Need.SYMMETRIC`
-        it solves a `ContactLCP`, too, which has no objective.
+        it solves a `ContactLCP`, too, which has no objective; with `Need.DEFINITE` problems with a kernel.
     has_own_defaults : bool
         Whether it calls a library that has other defaults than these options, and honours ``task.own_defaults``.
     practical_size : int or None

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from ..problem.contact_problem import ContactProblem
-from .base import Backend, Stop, Task
+from .base import Backend, Need, Stop, Task
 from .library import Ask, Outcome, Plan, Reply, Setting, Vectors, Workspace
 from .matrices import upper_triangle
 from .option_checks import Positive
@@ -27,6 +27,7 @@ class Clarabel(Backend):
     summary: ClassVar[str] = "interior point"
     package: ClassVar[str] = "clarabel"
     has_own_defaults: ClassVar[bool] = True
+    does_without: ClassVar[tuple[Need, ...]] = (Need.DEFINITE,)
     practical_size: ClassVar[int | None] = 100_000
     reachable_tol: ClassVar[float | None] = 1e-12
 

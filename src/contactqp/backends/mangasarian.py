@@ -39,7 +39,7 @@ class Mangasarian(Backend):
     practical_size: ClassVar[int | None] = 10_000
     reachable_tol: ClassVar[float | None] = 1e-9
     needs: ClassVar[tuple[Need, ...]] = (Need.Z_MATRIX, Need.ONE_SIDED)
-    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC,)
+    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC, Need.DEFINITE)
 
     def prepare(
         self,

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..foundation.checks import Vector, positive_number
 from ..problem.contact_problem import ContactProblem
-from .base import Backend, Stop, Task
+from .base import Backend, Need, Stop, Task
 from .library import Ask, LibraryState, Outcome, Plan, Reply, Vectors, Workspace
 from .matrices import identity, upper_triangle
 from .option_checks import Check, Positive, between
@@ -31,6 +31,7 @@ class Osqp(Backend):
     summary: ClassVar[str] = "operator splitting (ADMM)"
     package: ClassVar[str] = "osqp"
     has_own_defaults: ClassVar[bool] = True
+    does_without: ClassVar[tuple[Need, ...]] = (Need.DEFINITE,)
     practical_size: ClassVar[int | None] = 100_000
     reachable_tol: ClassVar[float | None] = 1e-13
 

@@ -35,7 +35,7 @@ class Psor(Backend):
     practical_size: ClassVar[int | None] = 1_000_000
     reachable_tol: ClassVar[float | None] = 1e-13
     iteration_unit: ClassVar[str] = "sweep"
-    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC,)
+    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC, Need.DEFINITE)
 
     def solve(
         self,

@@ -10,7 +10,7 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..foundation.checks import Vector, positive_number, read_only, times, vector
+from ..foundation.checks import Mask, Vector, positive_number, read_only, times, vector
 from ..geometry.numbering import Grid, Layout
 from .barrier import Barrier
 from .bounds import Bounds
@@ -98,7 +98,7 @@ class ContactProblem(Posed):
         Raises
         ------
         TypeError, ValueError
-            If q has the wrong kind or shape or is not finite.
+            If q has the wrong kind or shape or is not finite; or if a kernel is left unbalanced by it.
 
         Examples
         --------
@@ -109,8 +109,25 @@ class ContactProblem(Posed):
         """
         gap_scale = checked_scale(gap_scale)
         forces = read_only(vector(q, self.size, "q"))
+        self.facts.require_balance(forces, self.bounds)
         reference = self.reference if reference is None else reference
         return self._of(self.facts, forces, self.bounds, gap_scale, reference, self.frame_reference)
+
+    def with_springs(self, at_lower: Mask, at_upper: Mask) -> Self:
+        """Return the problem with springs at some nodes, that pull the gap to the bound which holds it there.
+
+        Each is as stiff as the node's diagonal entry. Where they are not stretched, the solution is the same.
+
+        Parameters
+        ----------
+        at_lower, at_upper : array of bool, shape (n,)
+            Nodes with a spring to their lower, and to their upper bound, which are finite there.
+        """
+        held = at_lower | at_upper
+        at_bound = np.where(at_upper, self.upper, np.where(at_lower, self.lower, 0.0))
+        springs = np.where(held, self.stiffness.diagonal(), 0.0)
+        forces = read_only(self.q - springs * at_bound)
+        return self._of(self.facts.with_springs(held), forces, self.bounds, 1.0, self.reference, self.frame_reference)
 
     @property
     def own_gap_scale(self) -> float | None:

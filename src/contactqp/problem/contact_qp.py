@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..algebra.kernel import Kernel
 from ..algebra.sparse import SparseStiffness
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Vector, read_only, vector
@@ -14,6 +15,7 @@ from ..geometry.numbering import Grid
 from .bounds import Bounds
 from .contact_problem import ContactProblem, GapScale, checked_scale
 from .facts import MatrixFacts
+from .kernel_facts import KernelFacts
 
 
 class ContactQP(ContactProblem):
@@ -22,17 +24,23 @@ class ContactQP(ContactProblem):
     Its optimality conditions are a complementarity problem with the gap ω and the reaction R = Gω + q: R ≥ 0 where
     ω = l (the support pushes), R ≤ 0 where ω = u (the ceiling pushes back), and R = 0 in between. With l = 0 and no
     upper bound they are R ≥ 0, ω ≥ 0, ωᵀR = 0; eqs. (2.9)-(2.11) of the paper that contactqp starts from. The solution
-    is unique because G is positive definite.
+    is unique because G is positive definite, or because what G does not hold is pressed on the bounds.
 
     Parameters
     ----------
     G : sparse array, dense array or Stencil, shape (n, n)
-        Stiffness (force per length), symmetric and positive definite: this is checked.
+        Stiffness (force per length), symmetric and positive definite (with a ``kernel``: semidefinite), as is checked.
     q : array, shape (n,)
         Reaction that would hold the gap ω = 0 (force).
     lower, upper : float or array, shape (n,)
         Bounds l ≤ u of the gap (length); ``lower`` is -inf where there is no support, ``upper`` is inf where there is
         no ceiling.
+    kernel : "constant" or array, shape (n,) or (n, m), optional
+        Vectors k with Gk = 0, one in each column, of a G that is positive semidefinite and annihilates no others:
+        ``"constant"`` for ones (rough surfaces that are periodic, Neumann conditions all around), columns for rigid
+        motions or for parts that are not joined. Then forces and bounds must hold what G does not: qᵀd > 0 for every d
+        in the kernel that never meets a bound. With ``"constant"`` and no upper bound the sum of q must be > 0, and the
+        reactions balance it, ΣR = Σq.
     supported : array of bool, shape (n,), optional
         False where there is no support: another way to say that ``lower`` is -inf there.
     gap_scale : float, optional
@@ -47,7 +55,8 @@ class ContactQP(ContactProblem):
         If G, q or a bound is complex or not numeric.
     ValueError
         If G is not square, finite, symmetric and positive definite, or q has the wrong shape or is not finite, or
-        ``lower`` is above ``upper``.
+        ``lower`` is above ``upper``; or if ``kernel`` is not what G annihilates (the message has the value), or q does
+        not press on the bounds along it (the message has the force that is missing).
 
     Attributes
     ----------
@@ -77,6 +86,19 @@ class ContactQP(ContactProblem):
     -0.25
     >>> cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0], lower=-1.0, upper=[0.1, 2.0])
     ContactQP(2 unknowns, 4 nonzeros, M-matrix, 2 with an upper bound)
+
+    A ring of four nodes that nothing holds but contact, pressed by 3 and pulled by 2:
+
+    >>> ring = 2 * np.eye(4) - np.roll(np.eye(4), 1, 0) - np.roll(np.eye(4), -1, 0)
+    >>> problem = cq.ContactQP(ring, [-2.0, 0.0, 3.0, 0.0], kernel="constant")
+    >>> problem
+    ContactQP(4 unknowns, 12 nonzeros, singular M-matrix, kernel: constant)
+    >>> solution = cq.solve(problem)
+    >>> solution.gap.round(6).tolist(), solution.reaction.round(6).tolist(), solution.status.value
+    ([2.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0], 'certified')
+    >>> problem.with_forces([-4.0, 0.0, 3.0, 0.0])  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    ValueError: q must press on the bounds along the kernel, but the sum of q is -1: nothing holds the gap back, ...
     """
 
     def __init__(
@@ -86,6 +108,7 @@ class ContactQP(ContactProblem):
         lower: ArrayLike = 0.0,
         upper: ArrayLike = np.inf,
         *,
+        kernel: ArrayLike | Literal["constant"] | None = None,
         supported: ArrayLike | None = None,
         gap_scale: GapScale = None,
         reference: Vector | float | None = None,
@@ -94,12 +117,17 @@ class ContactQP(ContactProblem):
         stiffness = G if isinstance(G, Stiffness) else SparseStiffness.of(G)
         gap_scale = checked_scale(gap_scale)
         facts = MatrixFacts(stiffness)
-        if stiffness is not G:
-            facts.require_definite()
+        if kernel is not None:
+            facts = KernelFacts(stiffness, Kernel.of(kernel, stiffness.size))
+        if stiffness is not G or kernel is not None:
+            _require_definite(facts)
+        forces = read_only(vector(q, stiffness.size, "q"))
+        bounds = Bounds.of(stiffness.size, lower, upper, supported)
+        facts.require_balance(forces, bounds)
         self._fill(
             facts,
-            read_only(vector(q, stiffness.size, "q")),
-            Bounds.of(stiffness.size, lower, upper, supported),
+            forces,
+            bounds,
             gap_scale,
             reference,
             frame_reference,
@@ -116,3 +144,13 @@ class ContactQP(ContactProblem):
             energy = float((0.5 * self.stiffness.matvec(gap) + self.q) @ gap)
         # Neither nan nor an overflow is <= 0.
         return energy <= 0 and bool(np.isfinite(energy))
+
+
+def _require_definite(facts: MatrixFacts) -> None:
+    """Raise a ValueError if a matrix is not as it must be; tell of a kernel that it seems to have."""
+    try:
+        facts.require_definite()
+    except ValueError as error:
+        seems = facts.kernel is None and Kernel.of("constant", facts.stiffness.size).annihilated_by(facts.stiffness)
+        hint = "; its row sums are zero: pass kernel='constant' if contact alone is to hold the gap" if seems else ""
+        raise ValueError(f"{error}{hint}") from None

@@ -9,14 +9,19 @@ import numpy as np
 
 from ..algebra.conditioning import estimated_condition, told_condition
 from ..algebra.definiteness import refuse_indefinite, ritz_value, weakly_dominant
+from ..algebra.sparse import SparseStiffness
 from ..algebra.stiffness import Stiffness
-from ..foundation.checks import Vector
+from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from ..methods.factors import DIRECT_SIZE
 from .barrier import Barrier, find_barrier
 from .eigenvalue import LeastEigenvalue, affordable, proven_least_eigenvalue
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
+
+    from ..algebra.kernel import Kernel
+    from .bounds import Bounds
 
 
 class MatrixFacts:
@@ -53,6 +58,29 @@ class MatrixFacts:
         if self.barrier is not None:
             return np.asarray(self.barrier.mean_deflection(force))
         return np.asarray((force / self.stiffness.diagonal()).max(axis=-1))
+
+    @property
+    def kernel(self) -> Kernel | None:
+        """The vectors that the stiffness annihilates, None where it is positive definite."""
+        return None
+
+    @property
+    def proven_semidefinite(self) -> bool:
+        """Whether the stiffness is proven to be positive semidefinite."""
+        return self.comparison_barrier is not None or self.least_eigenvalue is not None
+
+    def with_springs(self, held: Mask) -> MatrixFacts:
+        """Return the facts about G with springs at some nodes, each as stiff as its diagonal entry."""
+        load_modules("scipy.sparse")
+        from scipy import sparse
+
+        springs = np.where(held, self.stiffness.diagonal(), 0.0)
+        matrix = (self.stiffness.tocsr() + sparse.diags_array(springs)).tocsr()
+        matrix.sort_indices()
+        return MatrixFacts(SparseStiffness(matrix))
+
+    def require_balance(self, q: Vector, bounds: Bounds) -> None:
+        """Raise a ValueError if forces and bounds leave a problem without a solution, or with many: here never."""
 
     def require_definite(self) -> None:
         """Raise a ValueError if the stiffness, a matrix that a user brings, is found to be not positive definite.

@@ -17,6 +17,7 @@ from .facts import MatrixFacts
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+    from ..algebra.kernel import Kernel
     from .eigenvalue import LeastEigenvalue
 
 
@@ -118,6 +119,11 @@ class Posed:
     def is_z_matrix(self) -> bool:
         """Whether every off-diagonal entry of G is <= 0."""
         return self.positive_off_diagonal is None
+
+    @property
+    def kernel(self) -> Kernel | None:
+        """The vectors that G annihilates; None where it is positive definite."""
+        return self.facts.kernel
 
     @property
     def symmetric(self) -> bool:

@@ -57,6 +57,9 @@ class Certificate:
         or ``"free set"``; for a matrix that is no M-matrix ``"comparison matrix"`` or ``"smallest eigenvalue"``.
     contact_upper : array of bool, shape (n,)
         Nodes where R* < 0 is certain: the upper bound holds them. All False where there is none.
+    enclosed : ContactQP or None
+        For a semidefinite matrix: the positive definite problem, with springs at nodes in contact, that is proven to
+        have the same solution, and by which that is enclosed (see `contactqp.proof.semidefinite`).
     """
 
     problem: ContactProblem = field(repr=False)
@@ -68,6 +71,7 @@ class Certificate:
     barrier: str
     model: ContactModel | None = field(default=None, repr=False)
     contact_upper: Mask = field(default_factory=lambda: _NOWHERE)
+    enclosed: ContactProblem | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Without an upper bound no node is in contact with one."""
@@ -121,7 +125,7 @@ class Certificate:
 
         It is that of DGD with powers of two D which bring the diagonal close to one.
         """
-        return self.problem.least_eigenvalue if self.barrier == EIGENVALUE else None
+        return (self.enclosed or self.problem).least_eigenvalue if self.barrier == EIGENVALUE else None
 
     @property
     def contact_nodes(self) -> Bracket:

@@ -45,8 +45,8 @@ from ..methods.factors import factorised
 from ..methods.linear import solver
 from ..models.base import ContactModel, split
 from ..problem.contact_problem import ContactProblem
-from .certify import SHARP_SIZE
 from .enclosure import surplus_part
+from .sharper import SHARP_SIZE
 
 _PRECISE = 1e-13
 

@@ -13,10 +13,10 @@ from ..foundation.checks import Vector
 from ..models.base import ContactModel
 from ..problem.contact_problem import ContactProblem
 from .certificate import Certificate
-from .certify import SHARP_SIZE, sharper
 from .measure import measure
 from .measures import Measures
 from .residuals import Residuals
+from .sharper import SHARP_SIZE, sharper
 from .status import Status
 
 Optional: TypeAlias = Callable[[Callable[[], Certificate | None]], Certificate | None]

@@ -9,6 +9,7 @@ from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
 from .lattice_measures import LatticeMeasures, parabola_of
 from .measures import Measures
+from .semidefinite import SemidefiniteMeasures
 from .vector_measures import Passes, VectorMeasures
 
 
@@ -24,6 +25,8 @@ def measure(problem: ContactProblem, gap: Vector) -> Measures:
     >>> round(measures.residuals.natural_residual, 12), measures.gap_bound >= 0.1
     (0.1, True)
     """
+    if problem.kernel is not None:
+        return SemidefiniteMeasures(problem, gap)
     parabola = parabola_of(problem)
     return VectorMeasures(problem, gap) if parabola is None else LatticeMeasures(problem, parabola, gap)
 

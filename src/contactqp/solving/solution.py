@@ -28,11 +28,11 @@ from ..models.base import ContactModel, ForceBalance, split
 from ..problem.contact_problem import ContactProblem
 from ..problem.posed import Units
 from ..proof.certificate import Certificate
-from ..proof.certify import sharper
 from ..proof.judge import Verdict, judge
 from ..proof.measure import measure
 from ..proof.measures import Measures
 from ..proof.residuals import Residuals
+from ..proof.sharper import sharper
 from ..proof.status import DISCRETE, Status
 from .choice import chosen_backend
 from .request import Request
