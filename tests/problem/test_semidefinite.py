@@ -312,3 +312,13 @@ def test_row_sums_that_are_zero_to_rounding_count_as_zero():
     q = np.random.default_rng(1).normal(size=30)
     solution = cq.solve(cq.ContactQP(graph, q - q.mean() + 0.1, kernel="constant"), tol=1e-10)
     assert solution.status is cq.Status.CERTIFIED
+
+
+def test_the_energy_is_bracketed_from_above_alone():
+    problem = cq.ContactQP(RING, PRESSED, kernel="constant")
+    solution = cq.solve(problem)
+    low, high = cq.energy_bracket(problem, solution.gap)
+    assert low == -np.inf
+    assert high == pytest.approx(cq.potential_energy(problem, solution.gap))
+    with pytest.raises(ValueError, match="is singular"):
+        cq.complementary_energy(problem, solution.reaction)

@@ -19,7 +19,6 @@ from .matrices import identity, upper_triangle
 from .option_checks import Check, Positive, between
 from .osqp_interrupts import solved
 
-_NEVER = 1e-15
 _OFTEN = 8
 """Iterations between tests for termination where a solve goes on from the load before: few may do."""
 
@@ -69,8 +68,8 @@ class Osqp(Backend):
         """
         options: dict[str, Any] = {"alpha": alpha, "rho": rho, "sigma": sigma, "scaling": scaling, "eps": eps}
         options |= {"adaptive_rho": int(adaptive_rho), "check_termination": check_termination, "polishing": polishing}
-        # With G positive definite the program always has a solution: no test for the contrary may fire.
-        return _Prepared(Osqp.prepare, problem, task, options | {"eps_prim_inf": _NEVER, "eps_dual_inf": _NEVER})
+        # The program always has a solution: no test for the contrary may fire.
+        return _Prepared(Osqp.prepare, problem, task, options | dict.fromkeys(("eps_prim_inf", "eps_dual_inf"), 1e-15))
 
 
 class _Prepared(LibraryState):

@@ -34,7 +34,8 @@ class Rows:
 
     Examples
     --------
-    >>> problem = ContactQP(np.eye(3), [-1.0, 2.0, 0.0], [0.0, 1.0, -np.inf], [np.inf, 1.0, 4.0])
+    >>> import contactqp as cq
+    >>> problem = cq.ContactQP(np.eye(3), [-1.0, 2.0, 0.0], [0.0, 1.0, -np.inf], [np.inf, 1.0, 4.0])
     >>> rows = Rows(problem, 1e-6)
     >>> rows.matrix.toarray()
     array([[ 0.,  1.,  0.],

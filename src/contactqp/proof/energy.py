@@ -285,7 +285,7 @@ def _solved(problem: ContactProblem, force: Vector) -> Vector:
         found = solver(problem.stiffness, _PRECISE)
         solve = None if found is None else found[0]
     else:
-        solve = factorised(problem.G, pivoting=True)
+        solve = factorised(problem.G, pivoting=True) if problem.kernel is None else None
     if solve is None:
-        raise ValueError(f"the matrix of {problem!r} is singular in double precision")
+        raise ValueError(f"the matrix of {problem!r} is singular, or so in double precision: it has no inverse")
     return solve(force)
