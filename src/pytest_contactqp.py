@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from contactqp.comparison.comparison import Comparison
     from contactqp.foundation.checks import Mask
     from contactqp.models.base import ContactModel
-    from contactqp.problem.contact_qp import ContactQP
+    from contactqp.problem.contact_problem import ContactProblem
     from contactqp.proof.judge import Verdict
 
 DEFAULT_TOL = 1e-6
@@ -130,7 +130,7 @@ def assert_backends_agree(contact_backends: list[str], contact_tol: float) -> Ca
     from contactqp import testing
 
     def check(
-        problem: ContactQP | ContactModel, backends: Sequence[str] | None = None, *, tol: float = contact_tol
+        problem: ContactProblem | ContactModel, backends: Sequence[str] | None = None, *, tol: float = contact_tol
     ) -> Comparison:
         __tracebackhide__ = True
         names = _suitable(contact_backends, problem) if backends is None else backends
@@ -209,15 +209,15 @@ def _chosen_tol(config: pytest.Config) -> float:
     return tol
 
 
-def _suitable(names: Sequence[str], problem: ContactQP | ContactModel) -> Sequence[str]:
+def _suitable(names: Sequence[str], problem: ContactProblem | ContactModel) -> Sequence[str]:
     """Return those of the backends that suit the problem; all if none does, so that each tells why."""
     from contactqp.backends import get_backend
     from contactqp.errors import UnsuitableProblemError
     from contactqp.models.base import ContactModel
-    from contactqp.problem.contact_qp import ContactQP
+    from contactqp.problem.contact_problem import ContactProblem
 
     algebra = problem.problem if isinstance(problem, ContactModel) else problem
-    if not isinstance(algebra, ContactQP):
+    if not isinstance(algebra, ContactProblem):
         return names
 
     def suits(name: str) -> bool:

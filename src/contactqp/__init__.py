@@ -11,7 +11,8 @@ A frame is covered by a lattice of nodes; load and support make it a model; a so
 
 Heights, deflections and loads are positive downwards.
 
-Models: `Membrane`, `Cable`, `CableNet`, and `ContactQP` for a matrix of your own. Solving: `solve`, `solve_many`,
+Models: `Membrane`, `Cable`, `CableNet`, and `ContactQP` for a matrix of your own,
+`ContactLCP` for one that is not symmetric. Solving: `solve`, `solve_many`,
 `Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load). Proofs:
 `certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts it.
 
@@ -45,6 +46,7 @@ from .paths.events import Events, events
 from .paths.load_path import LoadPath
 from .paths.touchdown import Touchdown
 from .paths.trace import trace
+from .problem.contact_lcp import ContactLCP
 from .problem.contact_qp import ContactQP
 from .proof.certificate import Certificate
 from .proof.certify import certify
@@ -62,6 +64,7 @@ __all__ = [
     "CaseFileError",
     "Certificate",
     "Comparison",
+    "ContactLCP",
     "ContactQP",
     "ContactWarning",
     "Events",

@@ -14,7 +14,7 @@ from .foundation.checks import Mask, Vector, finite_number, open_interval
 from .foundation.text import at_upper_bound
 from .geometry.fields import Rows
 from .models.base import ContactModel, at_unknowns
-from .problem.contact_qp import ContactQP
+from .problem.contact_problem import ContactProblem
 from .proof.certificate import Certificate
 from .proof.judge import Verdict, judge
 from .proof.status import Status
@@ -28,7 +28,7 @@ _SHOWN = 5
 
 
 def assert_complementary(
-    problem: ContactQP | ContactModel, gap: ArrayLike, *, tol: float = 1e-6, rows: Rows | None = None
+    problem: ContactProblem | ContactModel, gap: ArrayLike, *, tol: float = 1e-6, rows: Rows | None = None
 ) -> Verdict:
     """Assert that ``gap`` solves the problem: certified within ``tol`` of the error scale.
 
@@ -36,7 +36,7 @@ def assert_complementary(
 
     Parameters
     ----------
-    problem : Membrane, Cable, CableNet or ContactQP
+    problem : Membrane, Cable, CableNet, ContactQP or ContactLCP
     gap : array, shape (n,), or xarray.DataArray, or Solution
         The claimed solution ω (length), from any program; on a lattice also an array of its shape.
     tol : float
@@ -96,13 +96,13 @@ def assert_complementary(
 
 
 def assert_backends_agree(
-    problem: ContactQP | ContactModel, backends: Sequence[str] | None = None, *, tol: float = 1e-6
+    problem: ContactProblem | ContactModel, backends: Sequence[str] | None = None, *, tol: float = 1e-6
 ) -> Comparison:
     """Assert that all ``backends`` solve the problem, certified to ``tol``, with enclosures that intersect.
 
     Parameters
     ----------
-    problem : Membrane, Cable, CableNet or ContactQP
+    problem : Membrane, Cable, CableNet, ContactQP or ContactLCP
     backends : sequence of str, optional
         Names, see `contactqp.backend_names`; by default those that `contactqp.compare` takes: the installed ones, of
         other distributions too, whose methods suit the problem and are practical at its size.
@@ -402,7 +402,7 @@ def _why_contact_differs(first: Solution, second: Solution) -> str:
     return f"Both are proven, so these are two problems: {difference}."
 
 
-def _count_other_bounds(first: ContactQP, second: ContactQP) -> int:
+def _count_other_bounds(first: ContactProblem, second: ContactProblem) -> int:
     return int(np.count_nonzero((first.lower != second.lower) | (first.upper != second.upper)))
 
 
@@ -429,7 +429,7 @@ def _whose(solution: Solution) -> str:
     return f"{solution.backend}'s answer to {solution.subject!r}"
 
 
-def _worst_difference(problem: ContactQP | ContactModel, comparison: Comparison) -> str:
+def _worst_difference(problem: ContactProblem | ContactModel, comparison: Comparison) -> str:
     if not comparison.pairs:
         return ""
     pair = max(comparison.pairs, key=lambda pair: pair.gap_difference)
@@ -445,6 +445,6 @@ def _worst_difference(problem: ContactQP | ContactModel, comparison: Comparison)
     )
 
 
-def _name_node(subject: ContactQP | ContactModel | Certificate | Solution, node: int) -> str:
+def _name_node(subject: ContactProblem | ContactModel | Certificate | Solution, node: int) -> str:
     known = subject.model if isinstance(subject, Solution) else subject
     return known.describe(node) if isinstance(known, ContactModel) else f"node {node}"

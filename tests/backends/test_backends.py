@@ -109,7 +109,9 @@ def test_bad_arguments_say_what_is_wrong(arguments, error, message, name):
 
 
 def test_what_is_no_problem_is_refused():
-    with pytest.raises(TypeError, match="problem must be a Membrane, a Cable, a CableNet or a ContactQP, got ndarray"):
+    with pytest.raises(
+        TypeError, match="problem must be a Membrane, a Cable, a CableNet, a ContactQP or a ContactLCP, got ndarray"
+    ):
         cq.solve(np.eye(2), "psor")
 
 

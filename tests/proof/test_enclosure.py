@@ -310,7 +310,9 @@ def test_models_are_certified_and_drawn():
         AttributeError, match="plot needs a Membrane, a Cable or a CableNet; this certificate is of a bare"
     ):
         cq.certify(membrane.problem, rough).plot()
-    with pytest.raises(TypeError, match="problem must be a Membrane, a Cable, a CableNet or a ContactQP, got int"):
+    with pytest.raises(
+        TypeError, match="problem must be a Membrane, a Cable, a CableNet, a ContactQP or a ContactLCP, got int"
+    ):
         cq.certify(7, rough)
 
 

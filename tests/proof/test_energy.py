@@ -92,7 +92,7 @@ def test_arguments_are_checked():
         cq.potential_energy(problem, [1.0, 2.0])
     with pytest.raises(ValueError, match="reaction must be finite"):
         cq.complementary_energy(problem, [np.inf])
-    with pytest.raises(TypeError, match="problem must be a Membrane, a Cable, a CableNet or a ContactQP"):
+    with pytest.raises(TypeError, match="problem must be a Membrane, a Cable, a CableNet, a ContactQP or a ContactLCP"):
         cq.energy_bracket(3, [1.0])
 
 

@@ -288,7 +288,7 @@ def test_where_no_backend_suits_each_tells_why(alone):
     result.stdout.fnmatch_lines(
         [
             "E *No agreement: mangasarian (unsuitable: *needs a Z-matrix*multigrid (unsuitable: *needs a problem *",
-            "E *TypeError: problem must be a Membrane, a Cable, a CableNet or a ContactQP, got int",
+            "E *TypeError: problem must be a Membrane, a Cable, a CableNet, a ContactQP or a ContactLCP, got int",
         ]
     )
 

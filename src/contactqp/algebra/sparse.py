@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ class SparseStiffness(Stiffness):
         self._matrix = matrix
 
     @classmethod
-    def of(cls, value: Any) -> SparseStiffness:
+    def of(cls, value: Any) -> Self:
         """Return a matrix that the user brings, checked to be symmetric, with a positive diagonal.
 
         Parameters
@@ -163,12 +163,12 @@ class SparseStiffness(Stiffness):
         result[order], bound[order] = total, error_bound
         return result, bound
 
-    def restricted(self, free: Mask) -> SparseStiffness:
+    def restricted(self, free: Mask) -> Self:
         """Return the rows and columns of some unknowns."""
         chosen = np.flatnonzero(free)
         if chosen.size == free.size:
             return self
-        return SparseStiffness(self._matrix[chosen][:, chosen])
+        return type(self)(self._matrix[chosen][:, chosen])
 
     def comparison(self) -> SparseStiffness:
         """Return the comparison matrix: the diagonal of G, and -|G_ij| beside it."""
@@ -177,23 +177,23 @@ class SparseStiffness(Stiffness):
 
         return SparseStiffness((sparse.diags_array(2 * self.diagonal()) - self._modulus).tocsr())
 
-    def dimensionless(self) -> tuple[SparseStiffness, Vector, float]:
+    def dimensionless(self) -> tuple[Self, Vector, float]:
         """Return the matrix with a diagonal of ones, the units of its unknowns, and the largest diagonal entry."""
         diagonal = self.diagonal()
         largest = float(diagonal.max())
         units = np.sqrt(largest / diagonal)
         return self.balanced(units / np.sqrt(largest)), units, largest
 
-    def in_units(self, units: float | Vector) -> SparseStiffness:
+    def in_units(self, units: float | Vector) -> Self:
         """See `Stiffness.in_units`."""
         return self.balanced(np.broadcast_to(units, (self.size,)))
 
-    def balanced(self, weights: Vector) -> SparseStiffness:
+    def balanced(self, weights: Vector) -> Self:
         """Return the matrix with the entries weights_i G_ij weights_j, for weights > 0, which leave signs alone."""
         rows = np.repeat(np.arange(self.size), np.diff(self._matrix.indptr))
         matrix = self._matrix.copy()
         matrix.data *= weights[rows] * weights[matrix.indices]
-        found = SparseStiffness(matrix)
+        found = type(self)(matrix)
         if self.positive_off_diagonal is None:
             found.positive_off_diagonal = None
         return found
@@ -212,6 +212,49 @@ def _times(matrix: Any, vector: Vector) -> Vector:
     return np.ascontiguousarray((matrix @ vector.T).T)
 
 
+def square_matrix(value: Any, name: str) -> csr_array:
+    """Return ``value`` as a new CSR array of floats with each entry once, or say what is wrong with it.
+
+    Parameters
+    ----------
+    value : sparse array, sparse matrix or dense array, shape (n, n)
+    name : str
+        The argument's name, for messages.
+
+    Raises
+    ------
+    TypeError
+        If it is complex or not numeric.
+    ValueError
+        If it is empty, not square, or not finite.
+    """
+    load_modules("scipy.sparse")
+    from scipy import sparse
+
+    if sparse.issparse(value):
+        if value.ndim != 2:
+            raise ValueError(f"{name} must be a square matrix, got shape {value.shape}")
+        if value.dtype.kind not in "iuf":
+            raise TypeError(f"{name} must hold real numbers, got dtype {value.dtype}")
+        matrix = sparse.csr_array(value, dtype=np.float64, copy=True)
+    else:
+        dense = real_array(value, name)
+        if dense.ndim != 2:
+            raise ValueError(f"{name} must be a square matrix, got shape {dense.shape}")
+        matrix = sparse.csr_array(dense)
+    if matrix.shape[0] != matrix.shape[1]:
+        raise ValueError(f"{name} must be square, got shape {matrix.shape}")
+    if matrix.shape[0] == 0:
+        raise ValueError(f"{name} must have at least one row, got shape (0, 0)")
+    matrix.sum_duplicates()
+    bad = np.flatnonzero(~np.isfinite(matrix.data))
+    if bad.size:
+        row = int(np.searchsorted(matrix.indptr, bad[0], side="right")) - 1
+        raise ValueError(f"{name} must be finite, but {name}[{row}, {matrix.indices[bad[0]]}] is {matrix.data[bad[0]]}")
+    matrix.eliminate_zeros()
+    return matrix
+
+
 def checked_matrix(value: Any) -> csr_array:
     """Return ``value`` as a new symmetric CSR array of floats, or say what is wrong with it.
 
@@ -227,30 +270,7 @@ def checked_matrix(value: Any) -> csr_array:
     ValueError
         If it is empty, not square, not finite, not symmetric, or has a diagonal entry <= 0.
     """
-    load_modules("scipy.sparse")
-    from scipy import sparse
-
-    if sparse.issparse(value):
-        if value.ndim != 2:
-            raise ValueError(f"G must be a square matrix, got shape {value.shape}")
-        if value.dtype.kind not in "iuf":
-            raise TypeError(f"G must hold real numbers, got dtype {value.dtype}")
-        matrix = sparse.csr_array(value, dtype=np.float64, copy=True)
-    else:
-        dense = real_array(value, "G")
-        if dense.ndim != 2:
-            raise ValueError(f"G must be a square matrix, got shape {dense.shape}")
-        matrix = sparse.csr_array(dense)
-    if matrix.shape[0] != matrix.shape[1]:
-        raise ValueError(f"G must be square, got shape {matrix.shape}")
-    if matrix.shape[0] == 0:
-        raise ValueError("G must have at least one row, got shape (0, 0)")
-    matrix.sum_duplicates()
-    bad = np.flatnonzero(~np.isfinite(matrix.data))
-    if bad.size:
-        row = int(np.searchsorted(matrix.indptr, bad[0], side="right")) - 1
-        raise ValueError(f"G must be finite, but G[{row}, {matrix.indices[bad[0]]}] is {matrix.data[bad[0]]}")
-    matrix.eliminate_zeros()
+    matrix = square_matrix(value, "G")
     diagonal = matrix.diagonal()
     worst = int(np.argmin(diagonal))
     if not diagonal[worst] > 0:

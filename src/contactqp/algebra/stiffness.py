@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Stiffness(ABC):
-    """A symmetric matrix G with a positive diagonal, known by what it does.
+    """A matrix G with a positive diagonal, known by what it does; symmetric, but for a kind that says otherwise.
 
     Base of `contactqp.Stencil` and `contactqp.algebra.sparse.SparseStiffness`. One that is kept otherwise (on
     triangles, on another machine) is one more subclass in a file of its own: nothing outside asks which it is.
@@ -47,6 +47,21 @@ class Stiffness(ABC):
     @abstractmethod
     def positive_off_diagonal(self) -> tuple[int, int, float] | None:
         """Row, column and value of the largest positive off-diagonal entry, or None for a Z-matrix."""
+
+    @property
+    def asymmetry(self) -> str | None:
+        """What tells that the matrix is not symmetric, in words, or None."""
+        return None
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether G is symmetric, so that methods may rely on it."""
+        return True
+
+    @property
+    def transposed(self) -> Stiffness:
+        """The transposed matrix: a symmetric one itself."""
+        return self
 
     @property
     def lattice(self) -> LatticeStiffness | None:

@@ -18,7 +18,7 @@ from ..methods.factors import DIRECT_SIZE
 if TYPE_CHECKING:
     from importlib import metadata
 
-    from ..problem.contact_qp import ContactQP
+    from ..problem.contact_problem import ContactProblem
     from .base import Backend
 
 TABLE = {
@@ -81,7 +81,7 @@ def get_backend(backend: str | Backend) -> Backend:
     raise UnknownBackendError(f"unknown backend {backend!r}{nearest(backend, known)}; known: {', '.join(known)}")
 
 
-def suitable_backends(problem: ContactQP) -> list[str]:
+def suitable_backends(problem: ContactProblem) -> list[str]:
     """Return the names of the package's own backends whose methods suit the problem."""
     found = []
     for name in _own_names():
@@ -108,7 +108,7 @@ def installed_backends() -> list[str]:
     return [name for name in backend_names() if why_missing(name) is None]
 
 
-def usual_backends(problem: ContactQP) -> tuple[list[str], dict[str, str]]:
+def usual_backends(problem: ContactProblem) -> tuple[list[str], dict[str, str]]:
     """Return the names of the installed backends that suit a problem, and why others are left out.
 
     Those that are practical at its size are named, or all that suit it where none is. What is left out is what cannot
@@ -142,7 +142,7 @@ def usual_backends(problem: ContactQP) -> tuple[list[str], dict[str, str]]:
     return (named, left_out) if named else (suitable_backends(problem), {})
 
 
-def check_suitable(backend: Backend, problem: ContactQP) -> None:
+def check_suitable(backend: Backend, problem: ContactProblem) -> None:
     """Raise an UnsuitableProblemError, which names backends to take instead, unless a backend suits the problem."""
     try:
         backend.check_problem(problem)
@@ -154,13 +154,15 @@ def check_suitable(backend: Backend, problem: ContactQP) -> None:
         raise UnsuitableProblemError(f"{error}; take {listed}") from None
 
 
-def choose_backend(problem: ContactQP) -> tuple[str, str]:
+def choose_backend(problem: ContactProblem) -> tuple[str, str]:
     """Return the name of the backend that ``"auto"`` stands for, and the reason for the choice.
 
     Measured on two cores (``benchmarks/speed.py``): up to some thousand unknowns active sets need no compiled kernels
     and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other matrices active
     sets are the fastest at any size (``benchmarks/matrices.py``).
     """
+    if problem.kernel is not None:
+        return "active-set", f"auto: a {problem.facts.kind}, which contact must hold"
     if problem.size <= DIRECT_SIZE and problem.is_z_matrix and not problem.is_m_matrix:
         # It is one, but for rounding, as it has passed for positive definite.
         return "active-set", f"auto: G is too ill-conditioned to be proven an M-matrix, {problem.told_condition}"

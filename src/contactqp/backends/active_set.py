@@ -1,4 +1,7 @@
-"""The primal-dual active set method for sparse matrices, `contactqp.methods.active_set`."""
+"""The primal-dual active set method for sparse matrices, `contactqp.methods.active_set`.
+
+A matrix that is not symmetric is left to its plain form, Howard's policy iteration.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,13 @@ from ..foundation.checks import Vector
 from ..foundation.loading import load_modules, working_seconds
 from ..foundation.threads import Team
 from ..methods.active_set.cases import CaseSolver
+from ..methods.active_set.iteration import ActiveSets
+from ..methods.active_set.policy import PolicyIteration
 from ..methods.active_set.renumbered import Renumbered
 from ..methods.factors import DIRECT_SIZE
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
-from .base import Answer, Backend, CaseAnswers, State, Stop, Task, as_it_is_now
+from .base import Answer, Backend, CaseAnswers, Need, State, Stop, Task, as_it_is_now
 
 _MAX_STEPS = 500
 _AT_REST = "nothing moves any more"
@@ -32,8 +37,9 @@ class ActiveSetBackend(Backend):
     iteration_unit: ClassVar[str] = "step"
     practical_size: ClassVar[int | None] = 2_000_000
     reachable_tol: ClassVar[float | None] = 1e-14
+    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC, Need.DEFINITE)
 
-    def prepare(self, problem: ContactQP, task: Task, *, history: bool = False) -> _Prepared:
+    def prepare(self, problem: ContactProblem, task: Task, *, history: bool = False) -> _Prepared:
         """Prepare active sets: the hierarchy or the factors of the last free nodes are kept from load to load.
 
         Parameters
@@ -44,7 +50,7 @@ class ActiveSetBackend(Backend):
             rectangular lattice's, and else an algebraic one.
         history : bool
             Whether to record of every step: "exchanged" (nodes that changed sides) and "energy" (½ωᵀGω + qᵀω at its
-            end, dimensionless).
+            end, dimensionless; nan for a matrix that is not symmetric).
         """
         return _Prepared(problem, task, history)
 
@@ -52,13 +58,13 @@ class ActiveSetBackend(Backend):
 class _Prepared(State):
     """The iteration of the last solve."""
 
-    def __init__(self, problem: ContactQP, task: Task, history: bool) -> None:
+    def __init__(self, problem: ContactProblem, task: Task, history: bool) -> None:
         started = working_seconds()
         self._problem, self._history, self._solver = problem, history, prepared(problem)
         self._setup_seconds = working_seconds() - started
         self._cases: CaseSolver | None = None
 
-    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
         """See `State.solve`."""
         started = working_seconds()
         problem = as_it_is_now(self._problem, q, problem)
@@ -72,7 +78,7 @@ class _Prepared(State):
     def answers(self, cases: LoadCases, asked: int) -> CaseAnswers | None:
         """See `State.answers`."""
         started = working_seconds()
-        if self._cases is None and not self._history:
+        if self._cases is None and not self._history and self._problem.symmetric and self._problem.kernel is None:
             self._cases = CaseSolver.of(self._problem.G, len(cases.q), asked)
         if self._cases is None or not self._cases.affordable:
             return None
@@ -80,29 +86,32 @@ class _Prepared(State):
         return CaseAnswers(gaps, steps, _AT_REST, ActiveSetBackend.iteration_unit, working_seconds() - started)
 
 
-def _start(solver: Renumbered, problem: ContactQP, task: Task) -> None:
+def _start(solver: ActiveSets, problem: ContactProblem, task: Task) -> None:
     """Set ω to the warm start, or start from coarser problems."""
     if task.warm_start is not None:
         solver.start_from(problem.project(task.warm_start))
         return
-    start_on_lattice = None if problem.size <= DIRECT_SIZE else _lattice_start(problem, task)
+    alone = problem.size <= DIRECT_SIZE or problem.kernel is not None
+    start_on_lattice = None if alone else _lattice_start(problem, task)
     if start_on_lattice is None:
         solver.start(task.progress.update)
     else:
         solver.start_from(start_on_lattice)
 
 
-def prepared(problem: ContactQP) -> Renumbered:
+def prepared(problem: ContactProblem) -> ActiveSets:
     """Return the iteration at ω = 0."""
     bounds = problem.lower, problem.bounds.upper_if_any
-    return Renumbered(problem.facts.ordered, problem.q, *bounds, problem.is_z_matrix)
+    if not problem.symmetric:
+        return PolicyIteration(problem.G, problem.q, *bounds)
+    return Renumbered(problem.facts.ordered, problem.q, *bounds, problem.is_z_matrix, problem.kernel)
 
 
-def _units(problem: ContactQP, task: Task) -> Vector:
+def _units(problem: ContactProblem, task: Task) -> Vector:
     return np.broadcast_to(np.asarray(task.length_unit, dtype=np.float64), (problem.size,))
 
 
-def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
+def _lattice_start(problem: ContactProblem, task: Task) -> Vector | None:
     """Return a gap by multigrid if the matrix is that of a lattice, whether it was given so or not; else None."""
     units = _units(problem, task)
     relative = units / units.max()
@@ -128,7 +137,7 @@ def _lattice_start(problem: ContactQP, task: Task) -> Vector | None:
     return np.asarray(lattice.layout.vector(gap) / relative)
 
 
-def iterate(solver: Renumbered, problem: ContactQP, task: Task, budget: int, history: bool = False) -> Answer:
+def iterate(solver: ActiveSets, problem: ContactProblem, task: Task, budget: int, history: bool = False) -> Answer:
     """Go on until the contact set rests and the equations of the free nodes are solved."""
     started = working_seconds()
     stop, why, steps = Stop.ITERATION_LIMIT, "step limit", 0
@@ -142,7 +151,8 @@ def iterate(solver: Renumbered, problem: ContactQP, task: Task, budget: int, his
         steps += 1
         task.progress.update(f"step {steps}, {step.exchanged} nodes changed sides")
         if history:
-            records.append((float(step.exchanged), problem.objective(solver.feasible())))
+            gap = solver.feasible()
+            records.append((float(step.exchanged), float(problem.energy(gap, problem.stiffness.matvec(gap)))))
         if step.finished:
             stop, why = Stop.DONE, _AT_REST
         elif steps % _LOOK_EVERY == 0 and task.accepts(solver.feasible()):

@@ -1,6 +1,6 @@
 """The contract between the package and a backend.
 
-A backend turns a dimensionless `ContactQP` into a vector and raw facts. It never judges its own answer, never prints,
+A backend turns a dimensionless problem into a vector and raw facts. It never judges its own answer, never prints,
 and imports the library that it calls only when it is called.
 """
 
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ..errors import MissingBackendError, UnsuitableProblemError
 from ..foundation.checks import Vector, nearest
 from ..foundation.progress import Progress, silent
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
 
 
@@ -49,16 +49,18 @@ class Need(ABC):
     Z_MATRIX: ClassVar[Need]
     LATTICE: ClassVar[Need]
     ONE_SIDED: ClassVar[Need]
+    SYMMETRIC: ClassVar[Need]
+    DEFINITE: ClassVar[Need]
 
     @abstractmethod
-    def holds(self, problem: ContactQP) -> str | None:
+    def holds(self, problem: ContactProblem) -> str | None:
         """Return None if the problem has the property, and else what is needed and what the problem has instead."""
 
 
 class _ZMatrix(Need):
     name = "Z-matrix"
 
-    def holds(self, problem: ContactQP) -> str | None:
+    def holds(self, problem: ContactProblem) -> str | None:
         if problem.positive_off_diagonal is None:
             return None
         i, j, value = problem.positive_off_diagonal
@@ -68,7 +70,7 @@ class _ZMatrix(Need):
 class _Lattice(Need):
     name = "lattice"
 
-    def holds(self, problem: ContactQP) -> str | None:
+    def holds(self, problem: ContactProblem) -> str | None:
         if problem.stencil is not None:
             return None
         return "a problem on a lattice (a Membrane or a Cable), but G was given as a matrix"
@@ -77,7 +79,7 @@ class _Lattice(Need):
 class _OneSided(Need):
     name = "no upper bound"
 
-    def holds(self, problem: ContactQP) -> str | None:
+    def holds(self, problem: ContactProblem) -> str | None:
         if problem.one_sided:
             return None
         node = int(np.argmax(np.isfinite(problem.upper)))
@@ -87,7 +89,34 @@ class _OneSided(Need):
         )
 
 
+class _Symmetric(Need):
+    name = "symmetric"
+
+    def holds(self, problem: ContactProblem) -> str | None:
+        if problem.symmetric:
+            return None
+        needed, asymmetry = "a symmetric matrix (a quadratic program)", problem.stiffness.asymmetry
+        if asymmetry is None:
+            return f"{needed}, but got a ContactLCP whose matrix is symmetric; pose it as ContactQP(M, q)"
+        return f"{needed}, but {asymmetry}"
+
+
 Need.Z_MATRIX, Need.LATTICE, Need.ONE_SIDED = _ZMatrix(), _Lattice(), _OneSided()
+
+
+class _Definite(Need):
+    name = "positive definite"
+
+    def holds(self, problem: ContactProblem) -> str | None:
+        if problem.kernel is None:
+            return None
+        return f"a positive definite matrix, but G was given with a kernel ({problem.facts.kind})"
+
+
+Need.SYMMETRIC, Need.DEFINITE = _Symmetric(), _Definite()
+
+USUAL: tuple[Need, ...] = (Need.SYMMETRIC, Need.DEFINITE)
+"""What every method relies on, unless it says that it does without."""
 
 
 @dataclass
@@ -241,7 +270,7 @@ class State(ABC):
     """What a backend keeps of a problem from load to load: a workspace, a hierarchy, factors."""
 
     @abstractmethod
-    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
         """Solve the prepared problem with other forces.
 
         Parameters
@@ -249,7 +278,7 @@ class State(ABC):
         q : array, shape (n,)
             Dimensionless.
         task : Task
-        problem : ContactQP, optional
+        problem : ContactProblem, optional
             The dimensionless problem as it is now: it has the forces ``q`` and the matrix that was prepared, and bounds
             of the same kinds, though their values and the reference may differ. By default the prepared one.
         """
@@ -269,7 +298,7 @@ class State(ABC):
         return None
 
 
-def as_it_is_now(prepared: ContactQP, q: Vector, problem: ContactQP | None) -> ContactQP:
+def as_it_is_now(prepared: ContactProblem, q: Vector, problem: ContactProblem | None) -> ContactProblem:
     """Return the problem that a state is asked to solve: the one that it is given, or the prepared one with forces q.
 
     Parameters
@@ -285,10 +314,10 @@ def as_it_is_now(prepared: ContactQP, q: Vector, problem: ContactQP | None) -> C
 class _OneShot(State):
     """The state of a backend that keeps nothing."""
 
-    def __init__(self, backend: Backend, problem: ContactQP, options: Mapping[str, Any]) -> None:
+    def __init__(self, backend: Backend, problem: ContactProblem, options: Mapping[str, Any]) -> None:
         self._backend, self._problem, self._options = backend, problem, dict(options)
 
-    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
         return self._backend.solve(as_it_is_now(self._problem, q, problem), task, **self._options)
 
 
@@ -310,6 +339,9 @@ class Backend(ABC):
         What one iteration is.
     needs : collection of Need
         Verified before `solve` is called.
+    does_without : collection of Need
+        Of what methods rely on unless they say otherwise (`USUAL`), that which this one does not: with `Need.SYMMETRIC`
+        it solves a `ContactLCP`, too, which has no objective; with `Need.DEFINITE` problems with a kernel.
     has_own_defaults : bool
         Whether it calls a library that has other defaults than these options, and honours ``task.own_defaults``.
     practical_size : int or None
@@ -324,19 +356,20 @@ class Backend(ABC):
     package: ClassVar[str]
     iteration_unit: ClassVar[str] = "iteration"
     needs: ClassVar[Collection[Need]] = ()
+    does_without: ClassVar[Collection[Need]] = ()
     has_own_defaults: ClassVar[bool] = False
     practical_size: ClassVar[int | None] = None
     reachable_tol: ClassVar[float | None] = None
 
-    def solve(self, problem: ContactQP, task: Task, *_: Any, **options: Any) -> Answer:
+    def solve(self, problem: ContactProblem, task: Task, *_: Any, **options: Any) -> Answer:
         """Solve the dimensionless ``problem``: l ≤ ω ≤ u, with zero always among the admissible gaps."""
         return self.state_of(problem, task, options).solve(problem.q, task)
 
-    def prepare(self, problem: ContactQP, task: Task, *_: Any, **options: Any) -> State:
+    def prepare(self, problem: ContactProblem, task: Task, *_: Any, **options: Any) -> State:
         """Return a state that solves the problem again and again; by default one that keeps nothing."""
         return _OneShot(self, problem, options)
 
-    def state_of(self, problem: ContactQP, task: Task, options: Mapping[str, Any]) -> State:
+    def state_of(self, problem: ContactProblem, task: Task, options: Mapping[str, Any]) -> State:
         """Return what `prepare` does, which must be a `State`."""
         state: Any = self.prepare(problem, task, **options)
         if not isinstance(state, State):
@@ -385,9 +418,9 @@ class Backend(ABC):
                 meant = nearest(option, [*known, *_OF_EVERY_BACKEND])
                 raise TypeError(f"backend {self.name!r} has no option {option!r}{meant}; its options: {listed}")
 
-    def check_problem(self, problem: ContactQP) -> None:
+    def check_problem(self, problem: ContactProblem) -> None:
         """Raise an UnsuitableProblemError if the problem lacks a property that the method relies on."""
-        for need in self.needs:
+        for need in (*(need for need in USUAL if need not in self.does_without), *self.needs):
             reason = need.holds(problem)
             if reason is not None:
                 raise UnsuitableProblemError(f"backend {self.name!r} needs {reason}")

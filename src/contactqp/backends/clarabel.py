@@ -10,8 +10,8 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from ..problem.contact_qp import ContactQP
-from .base import Backend, Stop, Task
+from ..problem.contact_problem import ContactProblem
+from .base import Backend, Need, Stop, Task
 from .library import Ask, Outcome, Plan, Reply, Setting, Vectors, Workspace
 from .matrices import upper_triangle
 from .option_checks import Positive
@@ -27,12 +27,13 @@ class Clarabel(Backend):
     summary: ClassVar[str] = "interior point"
     package: ClassVar[str] = "clarabel"
     has_own_defaults: ClassVar[bool] = True
+    does_without: ClassVar[tuple[Need, ...]] = (Need.DEFINITE,)
     practical_size: ClassVar[int | None] = 100_000
     reachable_tol: ClassVar[float | None] = 1e-12
 
     def prepare(
         self,
-        problem: ContactQP,
+        problem: ContactProblem,
         task: Task,
         *,
         direct_solve_method: Literal["qdldl", "faer"] = "qdldl",

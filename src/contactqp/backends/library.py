@@ -16,7 +16,7 @@ import numpy as np
 
 from ..foundation.checks import Vector
 from ..foundation.loading import loaded, working_seconds
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .base import Answer, State, Stop, Task, as_it_is_now
 from .option_checks import check_values
 from .tightening import Round, tightened
@@ -78,7 +78,7 @@ class Ask:
 
     Attributes
     ----------
-    problem : ContactQP
+    problem : ContactProblem
         The dimensionless problem as it is now.
     task : Task
     abandoned : Event
@@ -95,7 +95,7 @@ class Ask:
         Whether a last step is to be taken once the library has converged, such as a polish.
     """
 
-    problem: ContactQP
+    problem: ContactProblem
     task: Task
     abandoned: Event
     form: Any = None
@@ -161,7 +161,7 @@ class LibraryState(State):
     Attributes
     ----------
     library : module
-    problem : ContactQP
+    problem : ContactProblem
         The problem that was prepared; its matrix is that of all others.
     settings : dict of str to object
         The library's settings.
@@ -194,7 +194,7 @@ class LibraryState(State):
     starts_again: ClassVar[bool] = False
 
     def __init__(
-        self, declared: Callable[..., Any], problem: ContactQP, task: Task, options: Mapping[str, Any]
+        self, declared: Callable[..., Any], problem: ContactProblem, task: Task, options: Mapping[str, Any]
     ) -> None:
         check_values(declared, options)
         self.problem, self.settings = problem, task.passed_on(**options)
@@ -223,7 +223,7 @@ class LibraryState(State):
     def call(self, workspace: Workspace, ask: Ask) -> Reply:
         """Call the library once."""
 
-    def form(self, problem: ContactQP, tol: float) -> Any:
+    def form(self, problem: ContactProblem, tol: float) -> Any:
         """Return what of the program cannot be changed in a workspace; by default there is no such thing.
 
         Where it is no longer equal, new workspaces are set up.
@@ -247,7 +247,7 @@ class LibraryState(State):
             eps /= 10
             yield Setting(eps)
 
-    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
         """See `State.solve`."""
         problem = as_it_is_now(self.problem, q, problem)
         form = self.form(problem, task.tol)
@@ -382,7 +382,7 @@ class _Rounds:
         )
 
 
-def _presses(problem: ContactQP, reply: Reply) -> bool:
+def _presses(problem: ContactProblem, reply: Reply) -> bool:
     """Whether a bound presses: a last step takes the contact set for known, and OSQP complains where it is empty."""
     if reply.gap is None or reply.reaction is None:
         return False

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..foundation.checks import positive_vector
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .base import Backend, Need, Stop, Task
 from .library import Ask, LibraryState, Outcome, Plan, Reply, Vectors, Workspace
 
@@ -39,10 +39,11 @@ class Mangasarian(Backend):
     practical_size: ClassVar[int | None] = 10_000
     reachable_tol: ClassVar[float | None] = 1e-9
     needs: ClassVar[tuple[Need, ...]] = (Need.Z_MATRIX, Need.ONE_SIDED)
+    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC, Need.DEFINITE)
 
     def prepare(
         self,
-        problem: ContactQP,
+        problem: ContactProblem,
         task: Task,
         *,
         cost: ArrayLike | None = None,

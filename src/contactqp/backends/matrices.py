@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from ..foundation.loading import load_modules
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 
 
-def upper_triangle(problem: ContactQP) -> Any:
+def upper_triangle(problem: ContactProblem) -> Any:
     """Return the upper triangle of the problem's matrix, a csc_matrix of shape (n, n)."""
     load_modules("scipy.sparse")
     from scipy import sparse

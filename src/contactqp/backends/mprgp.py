@@ -16,7 +16,7 @@ import numpy as np
 from ..foundation.loading import working_seconds
 from ..methods.face import Face
 from ..methods.linear import cycle_of
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .base import Answer, Backend, Stop, Task
 from .option_checks import Positive, between, check_values
 
@@ -37,7 +37,7 @@ class Mprgp(Backend):
 
     def solve(
         self,
-        problem: ContactQP,
+        problem: ContactProblem,
         task: Task,
         *,
         proportioning: Positive = 1.0,

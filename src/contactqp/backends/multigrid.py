@@ -11,7 +11,7 @@ import numpy as np
 from ..foundation.checks import Vector, integer_at_least
 from ..foundation.loading import load_modules, working_seconds
 from ..foundation.threads import Team
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .active_set import iterate, prepared
 from .base import Answer, Backend, Need, State, Stop, Task, as_it_is_now
 
@@ -41,7 +41,7 @@ class Multigrid(Backend):
     reachable_tol: ClassVar[float | None] = 1e-13
 
     def prepare(
-        self, problem: ContactQP, task: Task, *, threads: int | None = None, history: bool = False
+        self, problem: ContactProblem, task: Task, *, threads: int | None = None, history: bool = False
     ) -> _Prepared:
         """Prepare contact multigrid: its hierarchy is kept from load to load.
 
@@ -66,7 +66,7 @@ class Multigrid(Backend):
 class _Prepared(State):
     """The lattice with its arms, and the iteration of the last solve with its hierarchy."""
 
-    def __init__(self, problem: ContactQP, task: Task, threads: int | None, history: bool) -> None:
+    def __init__(self, problem: ContactProblem, task: Task, threads: int | None, history: bool) -> None:
         stencil = problem.stencil
         assert stencil is not None
         load_modules("contactqp.methods.multigrid.nested", kernels="multigrid")
@@ -79,7 +79,7 @@ class _Prepared(State):
         self._nest: Nest | None = None
         self._unit, self._keeps = 1.0, task.keeps
 
-    def solve(self, q: Vector, task: Task, problem: ContactQP | None = None) -> Answer:
+    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
         """See `State.solve`."""
         started = working_seconds()
         arms, problem = self._arms, as_it_is_now(self._problem, q, problem)
@@ -112,7 +112,7 @@ class _Prepared(State):
         )
         return _handed_over(answer, problem, task, budget) if stop is Stop.FAILED else answer
 
-    def _started(self, q: Vector, problem: ContactQP, task: Task, team: Team) -> ContactMultigrid:
+    def _started(self, q: Vector, problem: ContactProblem, task: Task, team: Team) -> ContactMultigrid:
         """Return the iteration at its start.
 
         After its own last answer it goes on from a prediction, or from what the coarser lattices' solutions change by;
@@ -149,7 +149,7 @@ class _Prepared(State):
         return nest.solver
 
 
-def _handed_over(answer: Answer, problem: ContactQP, task: Task, budget: int) -> Answer:
+def _handed_over(answer: Answer, problem: ContactProblem, task: Task, budget: int) -> Answer:
     """Go on by active sets: arms that jump by orders of magnitude from node to node defeat a geometric hierarchy."""
     started = working_seconds()
     solver = prepared(problem)

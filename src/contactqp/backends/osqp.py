@@ -12,14 +12,13 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from ..foundation.checks import Vector, positive_number
-from ..problem.contact_qp import ContactQP
-from .base import Backend, Stop, Task
+from ..problem.contact_problem import ContactProblem
+from .base import Backend, Need, Stop, Task
 from .library import Ask, LibraryState, Outcome, Plan, Reply, Vectors, Workspace
 from .matrices import identity, upper_triangle
 from .option_checks import Check, Positive, between
 from .osqp_interrupts import solved
 
-_NEVER = 1e-15
 _OFTEN = 8
 """Iterations between tests for termination where a solve goes on from the load before: few may do."""
 
@@ -31,12 +30,13 @@ class Osqp(Backend):
     summary: ClassVar[str] = "operator splitting (ADMM)"
     package: ClassVar[str] = "osqp"
     has_own_defaults: ClassVar[bool] = True
+    does_without: ClassVar[tuple[Need, ...]] = (Need.DEFINITE,)
     practical_size: ClassVar[int | None] = 100_000
     reachable_tol: ClassVar[float | None] = 1e-13
 
     def prepare(
         self,
-        problem: ContactQP,
+        problem: ContactProblem,
         task: Task,
         *,
         rho: Positive = 3.0,
@@ -68,8 +68,8 @@ class Osqp(Backend):
         """
         options: dict[str, Any] = {"alpha": alpha, "rho": rho, "sigma": sigma, "scaling": scaling, "eps": eps}
         options |= {"adaptive_rho": int(adaptive_rho), "check_termination": check_termination, "polishing": polishing}
-        # With G positive definite the program always has a solution: no test for the contrary may fire.
-        return _Prepared(Osqp.prepare, problem, task, options | {"eps_prim_inf": _NEVER, "eps_dual_inf": _NEVER})
+        # The program always has a solution: no test for the contrary may fire.
+        return _Prepared(Osqp.prepare, problem, task, options | dict.fromkeys(("eps_prim_inf", "eps_dual_inf"), 1e-15))
 
 
 class _Prepared(LibraryState):

@@ -12,8 +12,8 @@ import numpy as np
 
 from ..foundation.checks import Vector, one_of, open_interval, positive_number
 from ..foundation.loading import load_modules, working_seconds
-from ..problem.contact_qp import ContactQP
-from .base import Answer, Backend, Stop, Task
+from ..problem.contact_problem import ContactProblem
+from .base import Answer, Backend, Need, Stop, Task
 
 if TYPE_CHECKING:
     from ..methods.sor.sweepers import Sweeper
@@ -35,10 +35,11 @@ class Psor(Backend):
     practical_size: ClassVar[int | None] = 1_000_000
     reachable_tol: ClassVar[float | None] = 1e-13
     iteration_unit: ClassVar[str] = "sweep"
+    does_without: ClassVar[tuple[Need, ...]] = (Need.SYMMETRIC, Need.DEFINITE)
 
     def solve(
         self,
-        problem: ContactQP,
+        problem: ContactProblem,
         task: Task,
         *,
         relaxation: float | Literal["auto"] = "auto",
@@ -54,7 +55,8 @@ class Psor(Backend):
         problem, task
             See `Backend.solve`; it starts from zero, or from the warm start.
         relaxation : float in (0, 2) or "auto"
-            The factor β; "auto" raises it as the decay of the steps asks for (see `contactqp.methods.sor.relaxation`).
+            The factor β; "auto" raises it as the decay of the steps asks for (see `contactqp.methods.sor.relaxation`),
+            and goes back to 1 where the steps of a matrix that is not symmetric cease to fall.
         order : {"lexicographic", "red-black"}
             Order of the nodes; the second is for membranes and cables only. Red and black are told apart by row plus
             column, counted from the smallest box that holds the nodes.
@@ -70,10 +72,12 @@ class Psor(Backend):
             "relaxation".
         """
         load_modules("contactqp.methods.sor.sweepers", kernels="psor")
-        from ..methods.sor.relaxation import AdaptiveRelaxation
+        from ..methods.sor.relaxation import AdaptiveRelaxation, GuardedRelaxation
         from ..methods.sor.sweepers import LatticeSweeper, SparseSweeper
 
-        adaptive = AdaptiveRelaxation() if relaxation == "auto" else None
+        adaptive = None
+        if relaxation == "auto":
+            adaptive = AdaptiveRelaxation() if problem.symmetric else GuardedRelaxation()
         beta = adaptive.beta if adaptive else open_interval(relaxation, 0.0, 2.0, "relaxation")
         one_of(order, ("lexicographic", "red-black"), "order")
         one_of(stopping, ("certified", "step", "residual"), "stopping")
@@ -213,7 +217,7 @@ class _CertifiedRule(_Rule):
         return _STALLED if self._stalled == _PATIENCE else None
 
 
-def _arm_weight(problem: ContactQP) -> float:
+def _arm_weight(problem: ContactProblem) -> float:
     """Return G_ii over the stiffness of an arm, by which R_i/G_ii becomes R_i over that stiffness."""
     lattice = problem.stiffness.uniform_lattice
     if lattice is None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .library import Ask, LibraryState, Vectors
 
 _CLOSE = 0.01
@@ -23,7 +23,7 @@ class Rows:
 
     Parameters
     ----------
-    problem : ContactQP
+    problem : ContactProblem
     tol : float
         The wanted bound of the gap's error, which tells what is close.
 
@@ -34,7 +34,8 @@ class Rows:
 
     Examples
     --------
-    >>> problem = ContactQP(np.eye(3), [-1.0, 2.0, 0.0], [0.0, 1.0, -np.inf], [np.inf, 1.0, 4.0])
+    >>> import contactqp as cq
+    >>> problem = cq.ContactQP(np.eye(3), [-1.0, 2.0, 0.0], [0.0, 1.0, -np.inf], [np.inf, 1.0, 4.0])
     >>> rows = Rows(problem, 1e-6)
     >>> rows.matrix.toarray()
     array([[ 0.,  1.,  0.],
@@ -44,7 +45,7 @@ class Rows:
     array([1., 0., 4.])
     """
 
-    def __init__(self, problem: ContactQP, tol: float) -> None:
+    def __init__(self, problem: ContactProblem, tol: float) -> None:
         self._close = _close(problem, tol)
         masks = self._close, problem.supported & ~self._close, np.isfinite(problem.upper) & ~self._close
         self._equal, self._below, self._above = (np.flatnonzero(mask) for mask in masks)
@@ -67,17 +68,17 @@ class Rows:
         places, shape = (np.arange(columns.size), columns), (columns.size, self._close.size)
         return sparse.csc_matrix(sparse.csc_array((signs, places), shape=shape))
 
-    def limits(self, problem: ContactQP) -> Vector:
+    def limits(self, problem: ContactProblem) -> Vector:
         """Return the right-hand side b."""
         middle = 0.5 * (problem.lower[self._equal] + problem.upper[self._equal])
         return np.concatenate([middle, 0.0 - problem.lower[self._below], problem.upper[self._above]])
 
-    def gap(self, problem: ContactQP, solution: Vector, multiplier: Vector) -> Vector:
+    def gap(self, problem: ContactProblem, solution: Vector, multiplier: Vector) -> Vector:
         """Return a program's solution as a gap: at an equation it is the bound that its multiplier tells.
 
         Parameters
         ----------
-        problem : ContactQP
+        problem : ContactProblem
         solution : array, shape (n,)
             It is changed.
         multiplier : array
@@ -92,7 +93,7 @@ class Rows:
 class StateInRows(LibraryState):
     """The state of a library that takes bounds as such rows, with its forces called q and its limits b."""
 
-    def form(self, problem: ContactQP, tol: float) -> Rows:
+    def form(self, problem: ContactProblem, tol: float) -> Rows:
         """See `LibraryState.form`."""
         return Rows(problem, tol)
 
@@ -101,7 +102,7 @@ class StateInRows(LibraryState):
         return {"q": ask.problem.q * ask.weight, "b": ask.form.limits(ask.problem)}
 
 
-def _close(problem: ContactQP, tol: float) -> Mask:
+def _close(problem: ContactProblem, tol: float) -> Mask:
     """Where bounds are closer than the tolerance tells."""
     scale = float(np.abs(problem.q / problem.stiffness.diagonal()).max())
     return problem.upper - problem.lower <= _CLOSE * tol * scale

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
 from ..models.base import ContactModel
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..proof.certificate import Certificate
 from ..solving.solution import Solution
 from .metrics import Truth, boundary_distance, contact_jaccard, intersection
@@ -23,14 +23,14 @@ class Answers:
 
     Attributes
     ----------
-    problem : ContactQP
+    problem : ContactProblem
     model : Membrane, Cable, CableNet or None
         What the problem comes from; None for a bare `ContactQP`.
     solutions : mapping of str to Solution
         By backend, of those that returned one.
     """
 
-    problem: ContactQP
+    problem: ContactProblem
     model: ContactModel | None
     solutions: Mapping[str, Solution]
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ..foundation.text import count, known_number, number, seconds
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .rows import Row
 
 
@@ -93,7 +93,7 @@ The true error that the printed table shows is its upper bound, relative to the 
 """
 
 
-def printed_columns(problem: ContactQP) -> list[Column]:
+def printed_columns(problem: ContactProblem) -> list[Column]:
     """Return the columns of the printed table for the answers to a problem."""
     shown = [column for column in _suitable(problem) if column.printed]
     if problem.one_sided:
@@ -125,12 +125,12 @@ def cells_of(columns: Sequence[Column], rows: Sequence[Row]) -> dict[Column, lis
     return {column: [column.printed, *(column.text(row) for row in rows)] for column in columns}
 
 
-def columns_of(group: str, problem: ContactQP) -> list[Column]:
+def columns_of(group: str, problem: ContactProblem) -> list[Column]:
     """Return the columns of one of the `GROUPS` for the answers to a problem."""
     return [column for column in _suitable(problem) if column.group == group]
 
 
-def _suitable(problem: ContactQP) -> list[Column]:
+def _suitable(problem: ContactProblem) -> list[Column]:
     shown = [column for column in COLUMNS if not (column.upper_bound and problem.one_sided)]
     return [column for column in shown if not (column.beyond and problem.is_m_matrix)]
 

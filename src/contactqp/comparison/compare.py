@@ -13,7 +13,7 @@ from ..backends.contract import check_backend
 from ..errors import UnknownBackendError
 from ..foundation.checks import integer_at_least
 from ..models.base import ContactModel, split
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..solving.choice import chosen_backend
 from ..solving.request import Request
 from ..solving.solution import Solution
@@ -26,7 +26,7 @@ Attempted = TypeVar("Attempted")
 
 
 def compare(
-    problem: ContactQP | ContactModel,
+    problem: ContactProblem | ContactModel,
     backends: Sequence[str | Backend] | None = None,
     *,
     tol: float | str = 1e-6,
@@ -42,7 +42,7 @@ def compare(
 
     Parameters
     ----------
-    problem : Membrane, Cable, CableNet or ContactQP
+    problem : Membrane, Cable, CableNet, ContactQP or ContactLCP
         What to solve.
     backends : sequence of str or Backend, optional
         Names, see `backend_names`, or backends themselves; by default the installed ones, those of other distributions
@@ -136,7 +136,7 @@ def _checked_options(options: Mapping[str, Mapping[str, Any]] | None) -> dict[st
     return dict(options or {})
 
 
-def _found(backend: str | Backend, problem: ContactQP) -> Backend | Refusal:
+def _found(backend: str | Backend, problem: ContactProblem) -> Backend | Refusal:
     """Return the backend of a name, or why it cannot be had; an unknown name is the caller's error."""
     try:
         return get_backend(choose_backend(problem)[0] if backend == "auto" else backend)
@@ -147,7 +147,7 @@ def _found(backend: str | Backend, problem: ContactQP) -> Backend | Refusal:
 
 
 def _outcome(
-    name: str, subject: ContactQP | ContactModel, backend: str | Backend, request: Request, repeats: int
+    name: str, subject: ContactProblem | ContactModel, backend: str | Backend, request: Request, repeats: int
 ) -> Outcome:
     """Return what a backend makes of the problem, and the least time of further runs in one session."""
     first = _attempt(partial(_cold, subject, backend, request))
@@ -160,12 +160,12 @@ def _outcome(
     return Outcome(name, first, min((run.seconds for run in again if isinstance(run, Solution)), default=None))
 
 
-def _cold(subject: ContactQP | ContactModel, backend: str | Backend, request: Request) -> Solution:
+def _cold(subject: ContactProblem | ContactModel, backend: str | Backend, request: Request) -> Solution:
     method, note = chosen_backend(backend, split(subject)[1], request.options)
     return Solution.by(method, subject, request, note=note)
 
 
-def _session(subject: ContactQP | ContactModel, backend: str | Backend, request: Request) -> Solver:
+def _session(subject: ContactProblem | ContactModel, backend: str | Backend, request: Request) -> Solver:
     return Solver(
         subject,
         backend,

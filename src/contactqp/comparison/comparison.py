@@ -11,7 +11,7 @@ from ..foundation.checks import Vector, integer_at_least
 from ..foundation.loading import load_modules
 from ..foundation.terminal import line_width
 from ..models.base import ContactModel, split
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..solving.solution import Solution
 from ..solving.tolerances import Tolerance
 from .answers import Answers
@@ -54,7 +54,7 @@ class Comparison:
 
     def __init__(
         self,
-        posed: ContactQP | ContactModel,
+        posed: ContactProblem | ContactModel,
         outcomes: Sequence[Outcome],
         tolerance: Tolerance,
         provenance: Provenance | None = None,
@@ -71,7 +71,7 @@ class Comparison:
         self.conclusion = conclusion_of(self.answers, self.rows, self.pairs, tolerance.tol, left_out)
 
     @property
-    def problem(self) -> ContactQP:
+    def problem(self) -> ContactProblem:
         """The contact problem."""
         return self.answers.problem
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .answers import Answers
 from .pairs import Pair
 from .rows import Row
@@ -106,7 +106,7 @@ def _disagreement(culprits: Mapping[str, str], false_claims: Mapping[str, str]) 
     return f"No agreement: {reasons or 'no backend was asked'}.{claims}"
 
 
-def _culprits(problem: ContactQP, rows: Sequence[Row], pairs: Sequence[Pair], tol: float) -> dict[str, str]:
+def _culprits(problem: ContactProblem, rows: Sequence[Row], pairs: Sequence[Pair], tol: float) -> dict[str, str]:
     """Return why there is no agreement, see `Conclusion.culprits`."""
     found = {row.backend: _complaint(problem, row, tol) for row in rows if not row.ok}
     if found or all(pair.consistent for pair in pairs):
@@ -124,7 +124,7 @@ def _culprits(problem: ContactQP, rows: Sequence[Row], pairs: Sequence[Pair], to
     }
 
 
-def _complaint(problem: ContactQP, row: Row, tol: float) -> str:
+def _complaint(problem: ContactProblem, row: Row, tol: float) -> str:
     """Return how a backend failed: in its own words without an answer, and else by what its answer violates most."""
     if row.relative_bound is None or row.natural_residual is None:
         return f"({row.status}: {row.message})"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 
 
-def legend_of(problem: ContactQP) -> dict[str, str]:
+def legend_of(problem: ContactProblem) -> dict[str, str]:
     """Return the meanings of the page's terms, by term.
 
     Examples

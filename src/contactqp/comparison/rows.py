@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..proof.status import Status
 from ..solving.solution import Solution
 from .answers import Answers
@@ -108,7 +108,7 @@ class Row:
         return self.status == Status.CERTIFIED
 
 
-def records_of(rows: Iterable[Row], problem: ContactQP) -> list[dict[str, Any]]:
+def records_of(rows: Iterable[Row], problem: ContactProblem) -> list[dict[str, Any]]:
     """Return rows as plain data; ``contact_upper`` is among them if the problem has an upper bound."""
     left_out = {"contact_upper"} if problem.one_sided else set()
     return [{name: value for name, value in asdict(row).items() if name not in left_out} for row in rows]

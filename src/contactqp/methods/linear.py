@@ -23,13 +23,13 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
     """Return a function that solves G x = f, and whether it does so to rounding.
 
     Up to some thousand unknowns, and where unknowns hang together in lines, the matrix is factorised. Otherwise it is
-    solved by multigrid on a lattice, and by conjugate gradients with smoothed aggregation for other matrices; without
-    numba, which both need, it is factorised at any size.
+    solved by multigrid on a lattice, and by conjugate gradients with smoothed aggregation for other matrices. It is
+    factorised at any size where it is not symmetric, and without numba, which both need.
 
     Parameters
     ----------
     stiffness : Stiffness
-        Symmetric positive definite; iterations are few for an M-matrix, and for what comes near one.
+        Symmetric positive definite, or an M-matrix; iterations are few for that, and for what comes near one.
     tolerance : float
         Of iterative solutions: the largest force out of balance, relative to the largest force.
 
@@ -46,7 +46,8 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
     >>> solve(np.array([1.0, 1.0])), exact
     (array([1., 1.]), True)
     """
-    if stiffness.size <= DIRECT_SIZE or stiffness.without_fill or not can_compile():
+    direct = stiffness.size <= DIRECT_SIZE or stiffness.without_fill or not stiffness.symmetric
+    if direct or not can_compile():
         factors = factorised(stiffness.tocsr())
         return None if factors is None else (factors, True)
     lattice = stiffness.lattice

@@ -28,7 +28,7 @@ _FEW_NEIGHBOURS = 8
 
 
 class Parts(ABC):
-    """A symmetric positive definite matrix G, and equations G_FF x = f for sets F of its unknowns.
+    """A matrix G, symmetric positive definite or an M-matrix, and equations G_FF x = f for sets F of its unknowns.
 
     The factors of the last set are kept.
     """
@@ -133,13 +133,15 @@ class _Banded(_Sparse):
         return lambda force: np.asarray(lapack.dpbtrs(factor, force, lower=1)[0])
 
 
-def parts_of(matrix: csr_array) -> Parts:
+def parts_of(matrix: csr_array, *, symmetric: bool = True) -> Parts:
     """Return the parts of a matrix.
 
     Parameters
     ----------
     matrix : csr_array, shape (n, n)
         Symmetric positive definite, with ascending column numbers and each entry once.
+    symmetric : bool
+        Whether it is; otherwise it is an M-matrix, which needs no exchange of rows either.
 
     Examples
     --------
@@ -152,5 +154,7 @@ def parts_of(matrix: csr_array) -> Parts:
     size = matrix.shape[0]
     if size <= DENSE_SIZE:
         return _Dense(matrix)
+    if not symmetric:
+        return _Sparse(matrix)
     width = int((np.arange(size) - matrix.indices[matrix.indptr[:-1]]).max())
     return _Banded(matrix, width) if width <= _NARROW * np.sqrt(size) else _Sparse(matrix)

@@ -22,6 +22,7 @@ from ..geometry.fields import Rows, in_rows, is_dataarray, sample_points
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
+from ..problem.contact_problem import ContactProblem
 from ..problem.contact_qp import ContactQP
 from ..profiles.analytic import Profile
 from .suspicions import Heights, Joints, suspicions_of
@@ -555,7 +556,7 @@ def elevations_of(height: Any) -> Any:
     return (lambda x, y: -height(x, y)) if isinstance(height, Profile) else height
 
 
-def split(problem: ContactQP | ContactModel) -> tuple[ContactModel | None, ContactQP]:
+def split(problem: ContactProblem | ContactModel) -> tuple[ContactModel | None, ContactProblem]:
     """Return the model, None for a bare problem, and its contact problem.
 
     Raises
@@ -565,19 +566,21 @@ def split(problem: ContactQP | ContactModel) -> tuple[ContactModel | None, Conta
     """
     if isinstance(problem, ContactModel):
         return problem, problem.problem
-    if isinstance(problem, ContactQP):
+    if isinstance(problem, ContactProblem):
         return None, problem
-    raise TypeError(f"problem must be a Membrane, a Cable, a CableNet or a ContactQP, got {type(problem).__name__}")
+    raise TypeError(
+        f"problem must be a Membrane, a Cable, a CableNet, a ContactQP or a ContactLCP, got {type(problem).__name__}"
+    )
 
 
 def at_unknowns(
-    problem: ContactQP | ContactModel, values: Any, name: str, *, rows: Rows | None = None, copied: bool = True
+    problem: ContactProblem | ContactModel, values: Any, name: str, *, rows: Rows | None = None, copied: bool = True
 ) -> Vector:
     """Return a finite value for each unknown, shape (n,), however a program lays them out.
 
     Parameters
     ----------
-    problem : Membrane, Cable, CableNet or ContactQP
+    problem : Membrane, Cable, CableNet, ContactQP or ContactLCP
     values : array, xarray.DataArray, Solution, or xarray.Dataset
         A vector in node order; on a lattice an array of its shape, of which the entries that are no nodes may be
         anything or be masked, or a DataArray with the dims y and x; of a solution or a dataset its ``gap``.

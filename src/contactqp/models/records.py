@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from ..foundation.checks import Mask, Vector
-    from ..problem.contact_qp import ContactQP
+    from ..problem.contact_problem import ContactProblem
     from .base import ContactModel
 
 
@@ -18,12 +18,12 @@ class Posed(Protocol):
     """A problem, and the model that it comes from, if it comes from one."""
 
     @property
-    def problem(self) -> ContactQP: ...  # noqa: D102
+    def problem(self) -> ContactProblem: ...  # noqa: D102
     @property
     def model(self) -> ContactModel | None: ...  # noqa: D102
 
 
-def subject_of(posed: Posed) -> ContactModel | ContactQP:
+def subject_of(posed: Posed) -> ContactModel | ContactProblem:
     """Return the model of a solution or a comparison, and of a bare problem the problem: views go by its class."""
     return posed.problem if posed.model is None else posed.model
 
@@ -95,7 +95,7 @@ class Answered(Posed, Held, Protocol):
 
     Attributes
     ----------
-    problem : ContactQP
+    problem : ContactProblem
     model : ContactModel or None
         None if a bare `ContactQP` was solved.
     backend, status, termination : str

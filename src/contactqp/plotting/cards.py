@@ -17,7 +17,7 @@ from .states import STATE_COLOURS, labels_of_states, seen
 
 if TYPE_CHECKING:
     from ..models.records import Answered, Enclosed
-    from ..problem.contact_qp import ContactQP
+    from ..problem.contact_problem import ContactProblem
 
 _OUTSIDE = 255, 255, 255
 
@@ -46,7 +46,7 @@ def certificate_card(certificate: Enclosed, model: ContactModel | None) -> str:
 
 
 @singledispatch
-def state_map(model: ContactModel | ContactQP, states: NDArray[np.int64]) -> str:
+def state_map(model: ContactModel | ContactProblem, states: NDArray[np.int64]) -> str:
     """Return a small map of the nodes' states as HTML; none but where they lie on a lattice of more than one row."""
     return ""
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from ..foundation.checks import Mask, Vector
     from ..models.records import Answered, Enclosed, Settling
-    from ..problem.contact_qp import ContactQP
+    from ..problem.contact_problem import ContactProblem
 
 
 GAP_AND_REACTION = "gap ω, R / G_ii"
@@ -66,7 +66,7 @@ class NodePlaces(NamedTuple):
 
 
 @singledispatch
-def answer_figure(subject: ContactModel | ContactQP, solution: Answered, wanted: Wanted = PLAIN) -> Figure:
+def answer_figure(subject: ContactModel | ContactProblem, solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     """Return a picture of a solution: of a bare problem its gap and reaction, sorted, of a model the map of states."""
     figure = new_figure(7, 4.4)
     draw_answer(subject, figure, solution)
@@ -81,7 +81,7 @@ def _answer_figure_in_plan(model: ContactModel, solution: Answered, wanted: Want
 
 
 @singledispatch
-def draw_into(subject: ContactModel | ContactQP, axes: Axes, solution: Answered, wanted: Wanted) -> None:
+def draw_into(subject: ContactModel | ContactProblem, axes: Axes, solution: Answered, wanted: Wanted) -> None:
     """Draw what tells most of a solution in axes of the user's own: of a bare problem its gap and reaction, sorted."""
     _draw_sorted(axes, solution)
 
@@ -104,7 +104,9 @@ def _draw_map_into(model: ContactModel, axes: Axes, solution: Answered, wanted: 
 
 
 @singledispatch
-def draw_answer(subject: ContactModel | ContactQP, part: Figure | SubFigure, solution: Answered) -> NodePlaces | None:
+def draw_answer(
+    subject: ContactModel | ContactProblem, part: Figure | SubFigure, solution: Answered
+) -> NodePlaces | None:
     """Draw what tells most of a solution in an empty part of a figure: the map of states, or a cable's section.
 
     Returns
@@ -193,7 +195,7 @@ def scatter_values(axes: Axes, model: ContactModel, values: Vector, norm: Normal
 
 @singledispatch
 def values_figure(
-    subject: ContactModel | ContactQP, values: Vector, floor: float, label: str
+    subject: ContactModel | ContactProblem, values: Vector, floor: float, label: str
 ) -> tuple[Figure, NodePlaces | None]:
     """Return a picture of a number at each node on a logarithmic scale: in plan, or sorted for a bare problem.
 

@@ -66,10 +66,11 @@ class Barrier:
         return self._s
 
     def mean_deflection(self, force: Vector, v: Vector | None = None) -> Vector:
-        """Return an upper bound of the mean over the unknowns of G⁻¹ force, for a force >= 0.
+        """Return an upper bound of the mean over the unknowns of G⁻¹ force, for a force >= 0 and a symmetric G.
 
-        The mean is that of force · G⁻¹1, as G is symmetric, and G⁻¹1 <= v / min s because G(v / min s) >= 1. It is
-        exact, up to rounding, where v is G⁻¹1, as the paraboloid is on a disk; a force on one node does not spoil it.
+        The mean is that of force · G⁻¹1, as G is symmetric (for one that is not, the barrier of its transposed matrix
+        will do), and G⁻¹1 <= v / min s because G(v / min s) >= 1. It is exact, up to rounding, where v is G⁻¹1, as the
+        paraboloid is on a disk; a force on one node does not spoil it.
 
         Parameters
         ----------
@@ -155,7 +156,7 @@ class Preconditioner(NamedTuple):
 
 
 def find_barrier(stiffness: Stiffness, preconditioner: Preconditioner | None = None) -> Barrier | None:
-    """Return a barrier of a symmetric Z-matrix, or None where none is found (then G is no M-matrix).
+    """Return a barrier of a Z-matrix, or None where none is found (then G is no M-matrix, to rounding).
 
     On a lattice the candidates cost one pass at most: a paraboloid about the middle of the nodes, and a
     parabola across them along x or y, each >= 0 on the frame; the one with the least `Barrier.reach` is
@@ -257,7 +258,7 @@ def _solved(stiffness: Stiffness, preconditioner: Preconditioner | None) -> Barr
             return barrier
     balance = 1 / np.sqrt(stiffness.diagonal()) if preconditioner is None else preconditioner.balance
     matrix = balanced(stiffness.tocsr(), balance).tocsr()
-    if stiffness.size <= DIRECT_SIZE or stiffness.without_fill:
+    if stiffness.size <= DIRECT_SIZE or stiffness.without_fill or not stiffness.symmetric:
         solve = factorised(matrix, pivoting=True)
     else:
         if preconditioner is None:

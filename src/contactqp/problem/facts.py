@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from ..algebra.conditioning import estimated_condition, told_condition
 from ..algebra.definiteness import refuse_indefinite, ritz_value, weakly_dominant
+from ..algebra.sparse import SparseStiffness
 from ..algebra.stiffness import Stiffness
-from ..foundation.checks import Vector
+from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
 from ..methods.amg.ordered import Ordered
 from ..methods.factors import DIRECT_SIZE, Solve
 from ..methods.linear import cycle_of
@@ -19,6 +21,9 @@ from .eigenvalue import LeastEigenvalue, affordable, proven_least_eigenvalue
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
+
+    from ..algebra.kernel import Kernel
+    from .bounds import Bounds
 
 
 class MatrixFacts:
@@ -34,12 +39,52 @@ class MatrixFacts:
     def __init__(self, stiffness: Stiffness, candidate: Vector | None = None) -> None:
         self.stiffness, self._candidate = stiffness, candidate
 
+    @property
+    def kind(self) -> str:
+        """What the matrix is, in a word or two."""
+        return "M-matrix" if self.stiffness.positive_off_diagonal is None else "no Z-matrix"
+
     @cached_property
     def G(self) -> csr_array:
         """The stiffness as a sparse array, read-only."""
         matrix = self.stiffness.tocsr()
         matrix.data.setflags(write=False)
         return matrix
+
+    def mean_deflection(self, force: Vector) -> Vector:
+        """Return the mean deflection that forces make, shape (...): a bound by the barrier, or a rough estimate.
+
+        Parameters
+        ----------
+        force : array, shape (..., n)
+            Force, >= 0.
+        """
+        if self.barrier is not None:
+            return np.asarray(self.barrier.mean_deflection(force))
+        return np.asarray((force / self.stiffness.diagonal()).max(axis=-1))
+
+    @property
+    def kernel(self) -> Kernel | None:
+        """The vectors that the stiffness annihilates, None where it is positive definite."""
+        return None
+
+    @property
+    def proven_semidefinite(self) -> bool:
+        """Whether the stiffness is proven to be positive semidefinite."""
+        return self.comparison_barrier is not None or self.least_eigenvalue is not None
+
+    def with_springs(self, held: Mask) -> MatrixFacts:
+        """Return the facts about G with springs at some nodes, each as stiff as its diagonal entry."""
+        load_modules("scipy.sparse")
+        from scipy import sparse
+
+        springs = np.where(held, self.stiffness.diagonal(), 0.0)
+        matrix = (self.stiffness.tocsr() + sparse.diags_array(springs)).tocsr()
+        matrix.sort_indices()
+        return MatrixFacts(SparseStiffness(matrix), self._candidate)
+
+    def require_balance(self, q: Vector, bounds: Bounds) -> None:
+        """Raise a ValueError if forces and bounds leave a problem without a solution, or with many: here never."""
 
     def require_definite(self) -> None:
         """Raise a ValueError if the stiffness, a matrix that a user brings, is found to be not positive definite.
@@ -115,12 +160,16 @@ class MatrixFacts:
         return self.stiffness.dimensionless()
 
     @cached_property
-    def scaled(self) -> MatrixFacts:
+    def scaled(self) -> Self:
         """The facts about the dimensionless stiffness."""
         stiffness, units, _ = self.dimensionless
-        scaled = MatrixFacts(stiffness, None if isinstance(units, float) else units.min() / units)
+        scaled = self._in_units(stiffness, units)
         scaled.scaled = scaled
         return scaled
+
+    def _in_units(self, stiffness: Stiffness, units: float | Vector) -> Self:
+        """Return the facts about the stiffness of unknowns that are measured in units of length."""
+        return type(self)(stiffness, None if isinstance(units, float) else units.min() / units)
 
     @cached_property
     def ordered(self) -> Ordered:

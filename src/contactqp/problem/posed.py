@@ -17,6 +17,7 @@ from .facts import MatrixFacts
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+    from ..algebra.kernel import Kernel
     from .eigenvalue import LeastEigenvalue
 
 
@@ -120,6 +121,23 @@ class Posed:
         return self.positive_off_diagonal is None
 
     @property
+    def kernel(self) -> Kernel | None:
+        """The vectors that G annihilates; None where it is positive definite."""
+        return self.facts.kernel
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether G is symmetric, so that the problem is a quadratic program."""
+        return self.stiffness.symmetric
+
+    def energy(self, gap: Vector, product: Vector) -> Vector:
+        """Return ½ωᵀGω + qᵀω (force times length), shape (...), with the product Gω; nan where G is not symmetric."""
+        if not self.symmetric:
+            return np.full(gap.shape[:-1], np.nan)
+        # Pairwise summation, without BLAS, whose threads stall on a busy machine.
+        return np.asarray((gap * (0.5 * product + self.q)).sum(axis=-1))
+
+    @property
     def is_m_matrix(self) -> bool:
         """Whether G is a Z-matrix with a verified `barrier`."""
         return self.barrier is not None
@@ -194,10 +212,7 @@ class Posed:
         return self._mean_distance(self._opening_forces)
 
     def _mean_distance(self, force: Vector) -> Vector:
-        modulus = np.abs(force)
-        if self.barrier is not None:
-            return np.asarray(self.barrier.mean_deflection(modulus))
-        return np.asarray((modulus / self.stiffness.diagonal()).max(axis=-1))
+        return self.facts.mean_deflection(np.abs(force))
 
     def in_units(self, gap_scale: float) -> tuple[Vector, Bounds, Units]:
         """Return forces and bounds of the dimensionless problem whose unit of length is such a scale, and its units.

@@ -14,7 +14,7 @@ from ..foundation.checks import Mask, Vector, repeated
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..foundation.text import at_least, at_most
 from ..models.base import ContactModel
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.eigenvalue import LeastEigenvalue
 from .beyond_m_matrices import COMPARISON, EIGENVALUE
 from .enclosure import Enclosure, Proven, middle_and_radius, proven
@@ -39,7 +39,7 @@ class Certificate:
 
     Attributes
     ----------
-    problem : ContactQP
+    problem : ContactProblem
         The problem.
     model : Membrane, Cable, CableNet or None
         What it comes from, if that was certified.
@@ -57,9 +57,12 @@ class Certificate:
         or ``"free set"``; for a matrix that is no M-matrix ``"comparison matrix"`` or ``"smallest eigenvalue"``.
     contact_upper : array of bool, shape (n,)
         Nodes where R* < 0 is certain: the upper bound holds them. All False where there is none.
+    enclosed : ContactQP or None
+        For a semidefinite matrix: the positive definite problem, with springs at nodes in contact, that is proven to
+        have the same solution, and by which that is enclosed (see `contactqp.proof.semidefinite`).
     """
 
-    problem: ContactQP = field(repr=False)
+    problem: ContactProblem = field(repr=False)
     lower: Vector
     upper: Vector
     gap_bound: float
@@ -68,6 +71,7 @@ class Certificate:
     barrier: str
     model: ContactModel | None = field(default=None, repr=False)
     contact_upper: Mask = field(default_factory=lambda: _NOWHERE)
+    enclosed: ContactProblem | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Without an upper bound no node is in contact with one."""
@@ -75,12 +79,12 @@ class Certificate:
             object.__setattr__(self, "contact_upper", _nowhere(self.contact.size))
 
     @classmethod
-    def of(cls, problem: ContactQP, found: Enclosure) -> Certificate:
+    def of(cls, problem: ContactProblem, found: Enclosure) -> Certificate:
         """Return what an enclosure of the solution proves."""
         return cls.of_case(problem, proven(problem, found))
 
     @classmethod
-    def of_case(cls, problem: ContactQP, found: Proven, case: int | tuple[()] = ()) -> Certificate:
+    def of_case(cls, problem: ContactProblem, found: Proven, case: int | tuple[()] = ()) -> Certificate:
         """Return the certificate of one of the cases that something is proven of; by default there is only one."""
         if not found.finite[case]:
             return cls.unknown(problem, found.barrier)
@@ -94,7 +98,7 @@ class Certificate:
         return cls(problem, lower, upper, bound, contact, clear, found.barrier, None, *above)
 
     @classmethod
-    def unknown(cls, problem: ContactQP, barrier: str) -> Certificate:
+    def unknown(cls, problem: ContactProblem, barrier: str) -> Certificate:
         """Return the enclosure that always holds, for numbers whose bounds overflow."""
         nowhere = np.zeros(problem.size, dtype=np.bool_)
         unbounded = ~problem.supported & np.isposinf(problem.upper)
@@ -121,7 +125,7 @@ class Certificate:
 
         It is that of DGD with powers of two D which bring the diagonal close to one.
         """
-        return self.problem.least_eigenvalue if self.barrier == EIGENVALUE else None
+        return (self.enclosed or self.problem).least_eigenvalue if self.barrier == EIGENVALUE else None
 
     @property
     def contact_nodes(self) -> Bracket:
@@ -171,7 +175,7 @@ class Certificate:
         low, high = sum_below(lower), sum_above(upper)
         problem = self.problem
         with np.errstate(over="ignore", invalid="ignore"):
-            columns, slack = problem.stiffness.enclosed_product(np.ones(problem.size))
+            columns, slack = problem.stiffness.transposed.enclosed_product(np.ones(problem.size))
             middle, radius = middle_and_radius(self.lower, self.upper)
             product = columns * middle
             reach = np.abs(columns) * radius + slack * (np.abs(middle) + radius)

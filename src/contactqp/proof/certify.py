@@ -9,26 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import UnsuitableProblemError
-from ..foundation.checks import Vector, one_of
+from ..foundation.checks import one_of
 from ..geometry.fields import Rows
 from ..models.base import ContactModel, at_unknowns, split
 from ..models.records import Answered
-from ..problem.contact_qp import ContactQP
-from .beyond_m_matrices import repaired
+from ..problem.contact_problem import ContactProblem
 from .certificate import Certificate
-from .enclosure import Enclosure
 from .measure import measure
-from .sharpening import sharpened
+from .sharper import SHARP_SIZE, sharper
 
 Effort = Literal["fast", "sharp"]
-
-SHARP_SIZE = 5_000_000
-"""Unknowns up to which a sharp certificate is made unless told otherwise: it takes a second or so for each million."""
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def certify(
-    problem: ContactQP | ContactModel,
+    problem: ContactProblem | ContactModel,
     gap: ArrayLike | Answered,
     *,
     effort: Effort | None = None,
@@ -53,7 +48,7 @@ def certify(
 
     Parameters
     ----------
-    problem : Membrane, Cable, CableNet or ContactQP
+    problem : Membrane, Cable, CableNet, ContactQP or ContactLCP
         Any; what is known of its matrix decides on the kind of bound.
     gap : array, shape (n,), or xarray.DataArray, or Solution
         The approximate solution ω (length); it need not be feasible. On a lattice also an array of its shape, of which
@@ -105,26 +100,3 @@ def certify(
     if effort == "sharp":
         found = sharper(found, omega)
     return found if model is None else replace(found, model=model)
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def sharper(certificate: Certificate, omega: Vector) -> Certificate:
-    """Return the sharp certificate of the answer whose fast one is given."""
-    fall = np.nextafter(omega - certificate.lower, np.inf)
-    rise = np.nextafter(certificate.upper - omega, np.inf)
-    first = Enclosure(omega, fall, rise, certificate.barrier)
-    if not np.isfinite(first.bound):
-        return certificate
-    improved = repaired if certificate.weaker else sharpened
-    found = Certificate.of(certificate.problem, improved(certificate.problem, omega, first))
-    # The fast certificate rounds differently, so it may prove a node that the sharp one does not: keep both.
-    return replace(
-        found,
-        lower=np.fmax(found.lower, certificate.lower),
-        upper=np.fmin(found.upper, certificate.upper),
-        gap_bound=min(found.gap_bound, certificate.gap_bound),
-        contact=found.contact | certificate.contact,
-        contact_upper=found.contact_upper | certificate.contact_upper,
-        clear=found.clear | certificate.clear,
-        model=certificate.model,
-    )

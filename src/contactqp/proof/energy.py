@@ -44,9 +44,9 @@ from ..foundation.rounding import UNIT_ROUNDOFF
 from ..methods.factors import factorised
 from ..methods.linear import solver
 from ..models.base import ContactModel, split
-from ..problem.contact_qp import ContactQP
-from .certify import SHARP_SIZE
+from ..problem.contact_problem import ContactProblem
 from .enclosure import surplus_part
+from .sharper import SHARP_SIZE
 
 _PRECISE = 1e-13
 
@@ -56,7 +56,7 @@ _TINY = 8 * float(np.finfo(np.float64).smallest_subnormal)
 """What underflow may take from some products and quotients."""
 
 
-def potential_energy(problem: ContactQP | ContactModel, gap: ArrayLike) -> float:
+def potential_energy(problem: ContactProblem | ContactModel, gap: ArrayLike) -> float:
     """Return E(ω) = ½ωᵀGω + qᵀω (force times length): the potential energy less that of the shut gap.
 
     Parameters
@@ -77,10 +77,10 @@ def potential_energy(problem: ContactQP | ContactModel, gap: ArrayLike) -> float
     >>> potential_energy(problem, [0.5, 0.0]), potential_energy(problem, [0.5, 0.5])
     (-0.25, 1.25)
     """
-    return split(problem)[1].objective(gap)
+    return _with_energy(problem).objective(gap)
 
 
-def complementary_energy(problem: ContactQP | ContactModel, reaction: ArrayLike) -> float:
+def complementary_energy(problem: ContactProblem | ContactModel, reaction: ArrayLike) -> float:
     """Return E_c(R) = ½(R - q)ᵀG⁻¹(R - q) - lᵀR⁺ + uᵀR⁻ (force times length); it takes a linear solve.
 
     R⁺ and R⁻ are the positive and the negative part of R = R⁺ - R⁻. Where a bound is absent the term counts as zero.
@@ -103,14 +103,14 @@ def complementary_energy(problem: ContactQP | ContactModel, reaction: ArrayLike)
     >>> round(complementary_energy(problem, [0.0, 2.5]), 12), round(complementary_energy(problem, [0.1, 2.5]), 12)
     (0.25, 0.303333333333)
     """
-    _, algebra = split(problem)
+    algebra = _with_energy(problem)
     push = vector(reaction, algebra.size, "reaction")
     force = push - algebra.q
     at_bounds = np.where(push > 0, _finite(algebra.lower), _finite(algebra.upper)) * push
     return 0.5 * float(force @ _solved(algebra, force)) - float(at_bounds.sum())
 
 
-def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket:
+def energy_bracket(problem: ContactProblem | ContactModel, gap: ArrayLike) -> Bracket:
     """Return -E_c(R) and E(ω) of the admissible states next to an answer, rounded outwards: E(ω*) lies between them.
 
     It is proven for the stored doubles, all rounding included (see `contactqp.proof.energy`): for a nearly singular
@@ -136,7 +136,7 @@ def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket
     >>> bool(low < -0.25 < high)
     True
     """
-    _, algebra = split(problem)
+    algebra = _with_energy(problem)
     omega = vector(gap, algebra.size, "gap")
     admissible = algebra.project(omega)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -149,7 +149,14 @@ def energy_bracket(problem: ContactQP | ContactModel, gap: ArrayLike) -> Bracket
     return Bracket(low, high)
 
 
-def _energy_above(problem: ContactQP, gap: Vector) -> float:
+def _with_energy(problem: ContactProblem | ContactModel) -> ContactProblem:
+    """Return the contact problem, if its matrix is symmetric; else raise an UnsuitableProblemError."""
+    _, algebra = split(problem)
+    algebra.require_energy()
+    return algebra
+
+
+def _energy_above(problem: ContactProblem, gap: Vector) -> float:
     """Return an upper bound of E(ω) of a gap."""
     reaction, error = _product(problem, gap)
     force = reaction + problem.q
@@ -157,7 +164,7 @@ def _energy_above(problem: ContactQP, gap: Vector) -> float:
     return _half(_inner_between(gap, force, error).upper, np.inf)
 
 
-def _energy_below(problem: ContactQP, reaction: Vector, x: Vector) -> float:
+def _energy_below(problem: ContactProblem, reaction: Vector, x: Vector) -> float:
     """Return a lower bound of -E_c(R) of a reaction, by an approximate solution of Gx = R - q."""
     product, error = _product(problem, x)
     left, force = reaction - product, reaction - problem.q
@@ -176,7 +183,7 @@ def _energy_below(problem: ContactQP, reaction: Vector, x: Vector) -> float:
     return sum_below(parts) if any(parts) else 0.0
 
 
-def _most_of_inverse(problem: ContactQP, most: Vector) -> float:
+def _most_of_inverse(problem: ContactProblem, most: Vector) -> float:
     """Return an upper bound of ρᵀG⁻¹ρ for all ρ with |ρ_i| at most as large as given; infinite where none is known."""
     if not most.any():
         return 0.0
@@ -195,7 +202,7 @@ def _most_of_inverse(problem: ContactQP, most: Vector) -> float:
     return _inner_between(balanced, balanced, np.zeros_like(most)).upper / found.bound * _GROW + _TINY
 
 
-def _surplus_part(problem: ContactQP, v: Vector, s: Vector) -> float:
+def _surplus_part(problem: ContactProblem, v: Vector, s: Vector) -> float:
     """Return ε, rounded upwards: what the positive entries that count as zero take from a barrier."""
     surplus = problem.stiffness.surplus
     if surplus is None or problem.barrier is None:
@@ -203,7 +210,7 @@ def _surplus_part(problem: ContactQP, v: Vector, s: Vector) -> float:
     return surplus_part(problem.stiffness, surplus, v, s) * _GROW
 
 
-def _product(problem: ContactQP, vector: Vector) -> tuple[Vector, Vector]:
+def _product(problem: ContactProblem, vector: Vector) -> tuple[Vector, Vector]:
     """Return Gx + q, and a bound of its error: in about twice the precision where that is affordable and possible."""
     if problem.size <= SHARP_SIZE:
         value, error = problem.stiffness.accurate_product(vector, np.zeros_like(vector), problem.q)
@@ -229,7 +236,7 @@ def _half(value: float, towards: float) -> float:
     return float(np.nextafter(0.5 * value, towards)) if value else 0.0
 
 
-def _tried(problem: ContactQP, force: Vector) -> Vector | None:
+def _tried(problem: ContactProblem, force: Vector) -> Vector | None:
     """Return G⁻¹ force to rounding, None where the matrix is singular in double precision."""
     try:
         found = _solved(problem, force)
@@ -238,7 +245,7 @@ def _tried(problem: ContactQP, force: Vector) -> Vector | None:
     return found if np.isfinite(found).all() else None
 
 
-def feasible(problem: ContactQP | ContactModel, gap: ArrayLike, slack: float = 0.0) -> Mask:
+def feasible(problem: ContactProblem | ContactModel, gap: ArrayLike, slack: float = 0.0) -> Mask:
     """Return at which nodes a gap satisfies ω ≥ l, and R ≥ 0 or ω ≥ u.
 
     For a Z-matrix the solution is the least gap that does everywhere. Without an upper bound and with l = 0 the two
@@ -274,13 +281,13 @@ def _finite(bound: Vector) -> Vector:
     return np.where(np.isfinite(bound), bound, 0.0)
 
 
-def _solved(problem: ContactQP, force: Vector) -> Vector:
+def _solved(problem: ContactProblem, force: Vector) -> Vector:
     """Return G⁻¹ force to rounding, by factors or, on large lattices, by multigrid."""
     if problem.stencil is not None:
         found = solver(problem.stiffness, _PRECISE)
         solve = None if found is None else found[0]
     else:
-        solve = factorised(problem.G, pivoting=True)
+        solve = factorised(problem.G, pivoting=True) if problem.kernel is None else None
     if solve is None:
-        raise ValueError(f"the matrix of {problem!r} is singular in double precision")
+        raise ValueError(f"the matrix of {problem!r} is singular, or so in double precision: it has no inverse")
     return solve(force)

@@ -11,12 +11,12 @@ import numpy as np
 
 from ..foundation.checks import Vector
 from ..models.base import ContactModel
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .certificate import Certificate
-from .certify import SHARP_SIZE, sharper
 from .measure import measure
 from .measures import Measures
 from .residuals import Residuals
+from .sharper import SHARP_SIZE, sharper
 from .status import Status
 
 Optional: TypeAlias = Callable[[Callable[[], Certificate | None]], Certificate | None]
@@ -60,7 +60,7 @@ class Verdict:
 
 
 def judge(
-    problem: ContactQP,
+    problem: ContactProblem,
     gap: Vector | None,
     tol: float,
     limit: Status | None = None,
@@ -75,7 +75,7 @@ def judge(
 
     Parameters
     ----------
-    problem : ContactQP
+    problem : ContactProblem
         The problem as posed, not scaled.
     gap : array, shape (n,), or None
         The answer (length); None if the backend returned nothing.

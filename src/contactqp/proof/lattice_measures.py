@@ -14,7 +14,7 @@ from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..foundation.threads import Team
 from ..geometry.numbering import Grid
 from ..problem.barrier import Parabola
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .certificate import Certificate
 from .measures import Measures
 from .residuals import Residuals
@@ -25,7 +25,7 @@ _WORTH_COMPILED_PASSES = 10_000
 _GROW = 1 + 16 * UNIT_ROUNDOFF
 
 
-def parabola_of(problem: ContactQP) -> Parabola | None:
+def parabola_of(problem: ContactProblem) -> Parabola | None:
     """Return the problem's barrier if compiled passes apply: a large lattice with arms equal in each direction."""
     if problem.size < _WORTH_COMPILED_PASSES or problem.stiffness.uniform_lattice is None:
         return None
@@ -46,14 +46,14 @@ class LatticeMeasures(Measures):
 
     Parameters
     ----------
-    problem : ContactQP
+    problem : ContactProblem
     barrier : Parabola
         See `parabola_of`.
     gap : array, shape (n,)
         A finite gap (length).
     """
 
-    def __init__(self, problem: ContactQP, barrier: Parabola, gap: Vector) -> None:
+    def __init__(self, problem: ContactProblem, barrier: Parabola, gap: Vector) -> None:
         measure, _ = _kernels()
         stencil = problem.stiffness.uniform_lattice
         assert stencil is not None
@@ -125,5 +125,5 @@ class LatticeMeasures(Measures):
             return team.run(kernel, strips, grid, *data, *self._bounds, *self._arms, *place, *shape, *results)
 
 
-def _contiguous(problem: ContactQP) -> tuple[Vector, Vector]:
+def _contiguous(problem: ContactProblem) -> tuple[Vector, Vector]:
     return np.ascontiguousarray(problem.lower), np.ascontiguousarray(problem.upper)

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..foundation.checks import Vector
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
 from .lattice_measures import LatticeMeasures, parabola_of
 from .measures import Measures
+from .semidefinite import SemidefiniteMeasures
 from .vector_measures import Passes, VectorMeasures
 
 
-def measure(problem: ContactQP, gap: Vector) -> Measures:
+def measure(problem: ContactProblem, gap: Vector) -> Measures:
     """Return the measures of a finite gap (length), shape (n,): compiled for a large lattice of equal arms.
 
     Examples
@@ -24,11 +25,13 @@ def measure(problem: ContactQP, gap: Vector) -> Measures:
     >>> round(measures.residuals.natural_residual, 12), measures.gap_bound >= 0.1
     (0.1, True)
     """
+    if problem.kernel is not None:
+        return SemidefiniteMeasures(problem, gap)
     parabola = parabola_of(problem)
     return VectorMeasures(problem, gap) if parabola is None else LatticeMeasures(problem, parabola, gap)
 
 
-def measures_of_cases(cases: LoadCases, problems: Sequence[ContactQP], gaps: Vector) -> list[Measures]:
+def measures_of_cases(cases: LoadCases, problems: Sequence[ContactProblem], gaps: Vector) -> list[Measures]:
     """Return the measures of the answers to many load cases, all of them taken in the same passes over vectors.
 
     Parameters

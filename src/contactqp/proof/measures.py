@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .certificate import Certificate
 from .residuals import Residuals
 
@@ -19,10 +19,10 @@ class Measures(ABC):
 
     Attributes
     ----------
-    problem : ContactQP
+    problem : ContactProblem
     """
 
-    problem: ContactQP
+    problem: ContactProblem
 
     @property
     @abstractmethod

@@ -24,7 +24,7 @@ class Residuals:
         Largest modulus of ω - P(ω - R/G_ii), with P the projection between the bounds (length): zero at the solution
         only. Where the lower bound 0 is the only one it is min(ω_i, R_i/G_ii).
     objective : float
-        ½ωᵀGω + qᵀω (force times length).
+        ½ωᵀGω + qᵀω (force times length); nan where the matrix is not symmetric, so that there is no such function.
     """
 
     min_gap: float

@@ -17,7 +17,7 @@ from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..methods.factors import DIRECT_SIZE
 from ..methods.linear import free_set_solver
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .enclosure import (
     Base,
     Enclosure,
@@ -43,7 +43,7 @@ _REPAIRS = 3
 """Times that nodes which a barrier would move are freed, before the free-set barrier is given up."""
 
 
-def sharpened(problem: ContactQP, answer: Vector, first: Enclosure) -> Enclosure:
+def sharpened(problem: ContactProblem, answer: Vector, first: Enclosure) -> Enclosure:
     """Return an enclosure within ``first`` whose bound is close to the answer's true error.
 
     Some Newton steps are made, the first from the answer's own contact set, until no node is undecided and the bound is
@@ -52,7 +52,7 @@ def sharpened(problem: ContactQP, answer: Vector, first: Enclosure) -> Enclosure
 
     Parameters
     ----------
-    problem : ContactQP
+    problem : ContactProblem
         With an M-matrix.
     answer : array, shape (n,)
         A finite gap (length).
@@ -84,13 +84,13 @@ def sharpened(problem: ContactQP, answer: Vector, first: Enclosure) -> Enclosure
         high, low, reaction = base.high, base.low, base.reaction
 
 
-def _held_at(problem: ContactQP, at_upper: Mask) -> Vector:
+def _held_at(problem: ContactProblem, at_upper: Mask) -> Vector:
     """Return the gap that a node in contact is held at."""
     return problem.lower if problem.one_sided else np.where(at_upper, problem.upper, problem.lower)
 
 
 def _corrected(
-    problem: ContactQP, answer: Vector, high: Vector, low: Vector, held: Mask, proven: Mask
+    problem: ContactProblem, answer: Vector, high: Vector, low: Vector, held: Mask, proven: Mask
 ) -> tuple[Base, Enclosure]:
     """Return the base that solves the free nodes' equations with the others held, and the enclosure about it."""
     barrier = problem.barrier
@@ -120,12 +120,12 @@ def _corrected(
     return base, best
 
 
-def _enclosure(problem: ContactQP, answer: Vector, base: Base, v: Vector, s: Vector, kind: str) -> Enclosure:
+def _enclosure(problem: ContactProblem, answer: Vector, base: Base, v: Vector, s: Vector, kind: str) -> Enclosure:
     return enclosure_about(answer, problem.bounds, base, v, multiples(problem, base, v, s), kind)
 
 
 def _within_the_free_set(
-    problem: ContactQP, best: Enclosure, base: Base, free: Mask, proven: Mask, solve: Callable[[Vector], Vector]
+    problem: ContactProblem, best: Enclosure, base: Base, free: Mask, proven: Mask, solve: Callable[[Vector], Vector]
 ) -> Enclosure:
     """Return the intersection with what the free-set barrier gives; nodes that it would move become free."""
     for _ in range(_REPAIRS):
@@ -150,7 +150,7 @@ def _within_the_free_set(
     return best
 
 
-def _relaxed(problem: ContactQP, best: Enclosure) -> Enclosure:
+def _relaxed(problem: ContactProblem, best: Enclosure) -> Enclosure:
     lower, upper = relaxed(problem, *best.bounds(problem.bounds), sweeps=_SWEEPS)
     fall, rise = np.nextafter(best.answer - lower, np.inf), np.nextafter(upper - best.answer, np.inf)
     return best.met_with(Enclosure(best.answer, fall, rise, best.barrier))

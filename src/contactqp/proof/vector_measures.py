@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..foundation.checks import Vector
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.posed import Posed
 from .beyond_m_matrices import weaker_enclosure
 from .certificate import Certificate
@@ -51,7 +51,7 @@ class Passes:
                 least,
                 _inner(distance, reaction),
                 np.abs(natural).max(axis=-1),
-                _inner(gap, 0.5 * product + problem.q),
+                problem.energy(gap, product),
             )
 
     @cached_property
@@ -76,7 +76,7 @@ class VectorMeasures(Measures):
 
     Parameters
     ----------
-    problem : ContactQP
+    problem : ContactProblem
     gap : array, shape (n,)
         A finite gap (length).
     passes : Passes, optional
@@ -86,7 +86,7 @@ class VectorMeasures(Measures):
     """
 
     def __init__(
-        self, problem: ContactQP, gap: Vector, passes: Passes | None = None, case: int | tuple[()] = ()
+        self, problem: ContactProblem, gap: Vector, passes: Passes | None = None, case: int | tuple[()] = ()
     ) -> None:
         self.problem, self._gap = problem, gap
         self._passes, self._case = Passes(problem, gap) if passes is None else passes, case

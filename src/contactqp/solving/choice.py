@@ -7,10 +7,10 @@ from typing import Any
 
 from ..backends import check_suitable, choose_backend, get_backend
 from ..backends.base import Backend
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 
 
-def chosen_backend(backend: str | Backend, problem: ContactQP, options: Mapping[str, Any]) -> tuple[Backend, str]:
+def chosen_backend(backend: str | Backend, problem: ContactProblem, options: Mapping[str, Any]) -> tuple[Backend, str]:
     """Return the backend to call, and why ``"auto"`` chose it (empty where it was named).
 
     Raises

@@ -8,13 +8,13 @@ from typing import Any
 from ..backends.base import Backend
 from ..foundation.checks import one_of
 from ..models.base import ContactModel, split
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .solution import OnFailure, Solution
 from .solver import Solver
 
 
 def solve_many(
-    problems: Iterable[ContactQP | ContactModel],
+    problems: Iterable[ContactProblem | ContactModel],
     backend: str | Backend = "auto",
     *,
     tol: float | str = 1e-6,
@@ -36,7 +36,7 @@ def solve_many(
 
     Parameters
     ----------
-    problems : iterable of Membrane, Cable, CableNet or ContactQP
+    problems : iterable of Membrane, Cable, CableNet, ContactQP or ContactLCP
         What to solve. Of an iterator some hundred small problems are taken before they are solved, and large ones one
         by one.
     backend : str or Backend
@@ -65,9 +65,9 @@ def solve_many(
     [[0.5, 0.0], [0.0, 0.0], [1.0, 0.0]]
     """
     one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
-    if isinstance(problems, (ContactQP, ContactModel)):
+    if isinstance(problems, (ContactProblem, ContactModel)):
         raise TypeError(f"problems must be an iterable of problems, got one: {problems!r}; solve() takes that")
-    sessions: list[tuple[ContactQP, Solver]] = []
+    sessions: list[tuple[ContactProblem, Solver]] = []
     solutions: list[Solution] = []
     expected = len(problems) if isinstance(problems, Sized) else 0
     for some in _portions(problems):
@@ -90,13 +90,13 @@ def solve_many(
 
 
 def _portions(
-    problems: Iterable[ContactQP | ContactModel],
-) -> Iterator[list[ContactQP | ContactModel]]:
+    problems: Iterable[ContactProblem | ContactModel],
+) -> Iterator[list[ContactProblem | ContactModel]]:
     """Yield problems that are answered together: few where they are large.
 
     A failure that is to be raised does not wait for many others.
     """
-    portion: list[ContactQP | ContactModel] = []
+    portion: list[ContactProblem | ContactModel] = []
     unknowns = 0
     for subject in problems:
         portion.append(subject)

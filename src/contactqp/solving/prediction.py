@@ -9,7 +9,7 @@ import numpy as np
 
 from ..foundation.checks import Mask, Vector
 from ..problem.bounds import Bounds
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 
 _KEPT = 3
 _ALIKE = 1e-6
@@ -46,13 +46,13 @@ class Trail:
     def __init__(self) -> None:
         self._answers: list[_Answer] = []
         self._forces = self._direction = np.zeros(0)
-        self._next: tuple[ContactQP, float | None] | None = None
+        self._next: tuple[ContactProblem, float | None] | None = None
 
     def clear(self) -> None:
         """Forget the answers, as the matrix is another one from now on."""
         self._answers, self._next = [], None
 
-    def add(self, problem: ContactQP, gap: Vector) -> None:
+    def add(self, problem: ContactProblem, gap: Vector) -> None:
         """Take note of an answer (length), shape (n,)."""
         if self._answers and not same_bounds(self._answers[-1].bounds, problem.bounds):
             self.clear()
@@ -67,7 +67,7 @@ class Trail:
         self._answers = [*self._answers[1 - _KEPT :], _Answer(place, gap, problem.bounds)]
         self._forces, self._next = problem.q, None
 
-    def predicted(self, problem: ContactQP) -> tuple[Vector, bool] | None:
+    def predicted(self, problem: ContactProblem) -> tuple[Vector, bool] | None:
         """Return an admissible gap (length) that extrapolates the answers, and whether contact should stay or grow.
 
         None unless the forces have changed from answer to answer and on to this problem in one direction.
@@ -115,7 +115,7 @@ class Trail:
             total += np.multiply(answer.root, weight, out=part)
         return total
 
-    def _step(self, problem: ContactQP) -> float | None:
+    def _step(self, problem: ContactProblem) -> float | None:
         """Return how far the forces go on in the direction of before; None if they lead elsewhere."""
         if self._next is None or self._next[0] is not problem:
             self._next = problem, self._step_of(problem.q - self._forces)

@@ -10,7 +10,7 @@ from typing import Any
 from ..backends.base import Task
 from ..foundation.checks import Vector, integer_at_least, positive_number
 from ..foundation.progress import Progress, silent
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.posed import Units
 from .tolerances import Tolerance, tolerance_of
 
@@ -71,7 +71,7 @@ class Request:
 
     def task(
         self,
-        problem: ContactQP,
+        problem: ContactProblem,
         units: Units,
         bound: Callable[[Vector], float],
         *,
@@ -86,7 +86,7 @@ class Request:
 
         Parameters
         ----------
-        problem : ContactQP
+        problem : ContactProblem
             As posed, not scaled.
         units : Units
             Those of the dimensionless problem.

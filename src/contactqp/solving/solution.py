@@ -26,14 +26,14 @@ from ..foundation.text import at_most, counted
 from ..methods.factors import DIRECT_SIZE
 from ..models.base import ContactModel, ForceBalance, split
 from ..models.records import held_reaction
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.posed import Units
 from ..proof.certificate import Certificate
-from ..proof.certify import sharper
 from ..proof.judge import Verdict, judge
 from ..proof.measure import measure
 from ..proof.measures import Measures
 from ..proof.residuals import Residuals
+from ..proof.sharper import sharper
 from ..proof.status import DISCRETE, Status
 from .choice import chosen_backend
 from .request import Request
@@ -125,7 +125,7 @@ class _Questions:
         The dimensionless gap with the least bound of those that were asked about.
     """
 
-    def __init__(self, problem: ContactQP, units: Units) -> None:
+    def __init__(self, problem: ContactProblem, units: Units) -> None:
         self._problem, self._units = problem, units
         self._asked: Vector | None = None
         self._gap: Vector | None = None
@@ -163,7 +163,7 @@ class _Questions:
         return self._units.gap(np.asarray(dimensionless, dtype=np.float64))
 
 
-def shut_answer(problem: ContactQP) -> Answer:
+def shut_answer(problem: ContactProblem) -> Answer:
     """Return the answer to a problem that no force opens, with its gap in lengths."""
     nearest = np.broadcast_to(problem.bounds.nearest_zero, (problem.size,)).astype(np.float64)
     return Answer(nearest, Stop.DONE, _SHUT, 0, 0.0, 0.0)
@@ -171,7 +171,7 @@ def shut_answer(problem: ContactQP) -> Answer:
 
 def _asked(
     backend: Backend,
-    problem: ContactQP,
+    problem: ContactProblem,
     request: Request,
     deadline: Deadline,
     warm_start: Vector | None,
@@ -234,7 +234,7 @@ class Solution:
 
     Attributes
     ----------
-    subject : Membrane, Cable, CableNet or ContactQP
+    subject : Membrane, Cable, CableNet, ContactQP or ContactLCP
         What was solved.
     request : Request
         What was asked for.
@@ -244,7 +244,7 @@ class Solution:
         What the judge found.
     """
 
-    subject: ContactModel | ContactQP
+    subject: ContactModel | ContactProblem
     request: Request
     run: Run
     verdict: Verdict
@@ -253,7 +253,7 @@ class Solution:
     def by(
         cls,
         backend: Backend,
-        subject: ContactModel | ContactQP,
+        subject: ContactModel | ContactProblem,
         request: Request,
         *,
         warm_start: Vector | None = None,
@@ -268,7 +268,7 @@ class Solution:
         Parameters
         ----------
         backend : Backend
-        subject : Membrane, Cable, CableNet or ContactQP
+        subject : Membrane, Cable, CableNet, ContactQP or ContactLCP
         request : Request
         warm_start : array, shape (n,), optional
             A gap to start from (length); see `contactqp.solving.starts.useful_start`.
@@ -305,7 +305,7 @@ class Solution:
     def of(
         cls,
         backend: Backend,
-        subject: ContactModel | ContactQP,
+        subject: ContactModel | ContactProblem,
         request: Request,
         answer: Answer,
         gap: Vector | None,
@@ -347,7 +347,7 @@ class Solution:
         return cls(subject, request, run, verdict)
 
     @cached_property
-    def problem(self) -> ContactQP:
+    def problem(self) -> ContactProblem:
         """The contact problem."""
         return split(self.subject)[1]
 

@@ -10,7 +10,7 @@ from ..backends.base import Backend
 from ..foundation.checks import one_of
 from ..foundation.deadline import Deadline
 from ..models.base import ContactModel, split
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from .choice import chosen_backend
 from .request import Request
 from .solution import OnFailure, Solution
@@ -18,7 +18,7 @@ from .starts import started_from
 
 
 def solve(
-    problem: ContactQP | ContactModel,
+    problem: ContactProblem | ContactModel,
     backend: str | Backend = "auto",
     *,
     tol: float | str = 1e-6,
@@ -32,7 +32,7 @@ def solve(
 
     Parameters
     ----------
-    problem : Membrane, Cable, CableNet or ContactQP
+    problem : Membrane, Cable, CableNet, ContactQP or ContactLCP
         What to solve; it is never modified.
     backend : str or Backend
         ``"auto"``, a name in `backend_names` (``"osqp"``, ``"clarabel"``, ``"mangasarian"``, ``"psor"``,

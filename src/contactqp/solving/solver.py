@@ -17,7 +17,7 @@ from ..foundation.deadline import Deadline
 from ..geometry.fields import Rows
 from ..models.base import ContactModel, split
 from ..models.varied import with_lift, with_load_of, with_support, with_tension
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.facts import MatrixFacts
 from ..problem.load_cases import LoadCases
 from .choice import chosen_backend
@@ -52,7 +52,7 @@ class Solver:
 
     Parameters
     ----------
-    subject : Membrane, Cable, CableNet or ContactQP
+    subject : Membrane, Cable, CableNet, ContactQP or ContactLCP
         What is solved; it is never modified.
     backend : str or Backend
         As for `contactqp.solve`; ``"auto"`` chooses once, by the subject.
@@ -61,7 +61,7 @@ class Solver:
 
     Attributes
     ----------
-    subject : Membrane, Cable, CableNet or ContactQP
+    subject : Membrane, Cable, CableNet, ContactQP or ContactLCP
     backend : Backend
 
     Raises
@@ -83,7 +83,7 @@ class Solver:
 
     def __init__(
         self,
-        subject: ContactModel | ContactQP,
+        subject: ContactModel | ContactProblem,
         backend: str | Backend = "auto",
         *,
         tol: float | str = 1e-6,
@@ -159,13 +159,13 @@ class Solver:
         return solution
 
     def solve_varied(
-        self, subject: ContactModel | ContactQP, warm_start: bool | ArrayLike | Solution = True
+        self, subject: ContactModel | ContactProblem, warm_start: bool | ArrayLike | Solution = True
     ) -> Solution:
         """Solve a variation of the session's subject that has been made already, and judge the answer.
 
         Parameters
         ----------
-        subject : Membrane, Cable, CableNet or ContactQP
+        subject : Membrane, Cable, CableNet, ContactQP or ContactLCP
             Of the same unknowns. Where it shares matrix and kinds of bounds with what was solved before, the backend
             goes on with what it has set up.
         warm_start : bool, array or Solution
@@ -207,14 +207,14 @@ class Solver:
             self._trail.add(problem, self._last)
         return solution
 
-    def solve_together(self, subjects: Sequence[ContactModel | ContactQP], expected: int = 0) -> list[Solution]:
+    def solve_together(self, subjects: Sequence[ContactModel | ContactProblem], expected: int = 0) -> list[Solution]:
         """Solve variations of the session's subject that have been made already, and judge the answers.
 
         Where the backend answers many loads at once, and nothing was given that is meant for each, it is asked to.
 
         Parameters
         ----------
-        subjects : sequence of Membrane, Cable, CableNet or ContactQP
+        subjects : sequence of Membrane, Cable, CableNet, ContactQP or ContactLCP
             They share the matrix and its facts.
         expected : int
             How many of them there will be in all, if that is known.
@@ -229,7 +229,7 @@ class Solver:
                 self._last, self._reference = last.gap, last.problem.reference
         return [self.solve_varied(subjects[k]) if known is None else known for k, known in enumerate(found)]
 
-    def _answers(self, problem: ContactQP, cases: LoadCases) -> CaseAnswers | None:
+    def _answers(self, problem: ContactProblem, cases: LoadCases) -> CaseAnswers | None:
         """Return what the backend answers to load cases, of which one is given as a problem."""
         self._keep_for(problem)
         try:
@@ -239,14 +239,14 @@ class Solver:
             self._kept = _Kept(None)
             raise
 
-    def _keep_for(self, problem: ContactQP) -> None:
+    def _keep_for(self, problem: ContactProblem) -> None:
         """Go on with what was kept, or anew where that was kept for another matrix or other kinds of bounds."""
         mark = problem.facts.scaled, problem.bounds.kinds
         if not _same(mark, self._kept.mark):
             self._kept = _Kept(mark)
             self._trail.clear()
 
-    def _prepared(self, kept: _Kept, problem: ContactQP, deadline: Deadline) -> State:
+    def _prepared(self, kept: _Kept, problem: ContactProblem, deadline: Deadline) -> State:
         """Return the backend's state for a problem, prepared at the first call."""
         if kept.state is None:
             scaled, units = problem.scaled()
@@ -254,7 +254,7 @@ class Solver:
             kept.state = self.backend.state_of(scaled, task, self._request.options)
         return kept.state
 
-    def _start(self, value: bool | ArrayLike | Solution, problem: ContactQP) -> tuple[Vector | None, bool]:
+    def _start(self, value: bool | ArrayLike | Solution, problem: ContactProblem) -> tuple[Vector | None, bool]:
         """Return where to start from, and whether that foresees all contact (see `Trail.predicted`)."""
         if not isinstance(value, (bool, np.bool_)):
             return started_from(value, problem), False
@@ -270,11 +270,11 @@ class Solver:
         lift: float | None,
         q: ArrayLike | None,
         rows: Rows | None,
-    ) -> ContactModel | ContactQP:
+    ) -> ContactModel | ContactProblem:
         """Return the subject with what is given in place of its own."""
         given = {"load": load, "support": support, "tension": tension, "lift": lift}
         named = [name for name, value in given.items() if value is not None]
-        if isinstance(self.subject, ContactQP):
+        if isinstance(self.subject, ContactProblem):
             if named:
                 raise TypeError(f"{named[0]} goes with a model; {self.subject!r} takes other forces by q=")
             if q is None:
@@ -298,7 +298,7 @@ class Solver:
         return f"Solver({self.subject!r}, {self.backend.name}, tol {self._request.tolerance})"
 
 
-def _refuse_other_unknowns(subject: ContactModel | ContactQP, own: ContactModel | ContactQP) -> None:
+def _refuse_other_unknowns(subject: ContactModel | ContactProblem, own: ContactModel | ContactProblem) -> None:
     (model, problem), (own_model, own_problem) = split(subject), split(own)
     if problem.facts is own_problem.facts:
         return

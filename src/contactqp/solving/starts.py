@@ -8,21 +8,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..foundation.checks import Vector, vector
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.posed import Units
 
 if TYPE_CHECKING:
     from ..models.records import Answered
 
 
-def started_from(value: ArrayLike | Answered | None, problem: ContactQP) -> Vector | None:
+def started_from(value: ArrayLike | Answered | None, problem: ContactProblem) -> Vector | None:
     """Return the gap that a warm start stands for, checked; None for a cold start."""
     if value is None:
         return None
     return vector(value if isinstance(value, np.ndarray) else getattr(value, "gap", value), problem.size, "warm_start")
 
 
-def useful_start(gap: Vector, scaled: ContactQP, units: Units) -> Vector | None:
+def useful_start(gap: Vector, scaled: ContactProblem, units: Units) -> Vector | None:
     """Return a gap to start from, dimensionless; None where a cold start is nearer to the solution by its energy.
 
     Every method lowers the energy ½ωᵀGω + qᵀω, and a cold start is one at ω = 0, where that is zero. A gap whose energy
@@ -48,6 +48,4 @@ def useful_start(gap: Vector, scaled: ContactQP, units: Units) -> Vector | None:
     with np.errstate(over="ignore", invalid="ignore"):
         start = units.dimensionless(gap)
         admissible = scaled.project(start)
-        energy = float((0.5 * scaled.stiffness.matvec(admissible) + scaled.q) @ admissible)
-    # Neither nan nor an overflow is <= 0.
-    return start if energy <= 0 and np.isfinite(energy) else None
+        return start if scaled.prefers(admissible) else None

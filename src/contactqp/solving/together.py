@@ -10,7 +10,7 @@ from ..backends.base import Answer, Backend, CaseAnswers
 from ..foundation.checks import Vector
 from ..foundation.loading import working_seconds
 from ..models.base import ContactModel, split
-from ..problem.contact_qp import ContactQP
+from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
 from ..proof.judge import judge
 from ..proof.measure import measures_of_cases
@@ -25,9 +25,9 @@ _NUMBERS_AT_ONCE = 40_000
 
 def solved_together(
     backend: Backend,
-    subjects: Sequence[ContactModel | ContactQP],
+    subjects: Sequence[ContactModel | ContactProblem],
     request: Request,
-    answers: Callable[[ContactQP, LoadCases], CaseAnswers | None],
+    answers: Callable[[ContactProblem, LoadCases], CaseAnswers | None],
     note: str,
 ) -> list[Solution | None]:
     """Return the certified solutions of problems with one matrix; None for each that is to be solved by itself.
@@ -39,7 +39,7 @@ def solved_together(
     Parameters
     ----------
     backend : Backend
-    subjects : sequence of Membrane, Cable, CableNet or ContactQP
+    subjects : sequence of Membrane, Cable, CableNet, ContactQP or ContactLCP
         Their problems share their facts.
     request : Request
         Without limits and options.
@@ -79,7 +79,7 @@ def solved_together(
     return solutions
 
 
-def _measured(problems: list[ContactQP], gaps: list[Vector]) -> list[Measures]:
+def _measured(problems: list[ContactProblem], gaps: list[Vector]) -> list[Measures]:
     """Return the measures of answers to problems that differ in their forces alone, after the passes for them."""
     found = measures_of_cases(LoadCases.of(problems), problems, np.array(gaps))
     _ = found[0].certificate()
@@ -87,7 +87,7 @@ def _measured(problems: list[ContactQP], gaps: list[Vector]) -> list[Measures]:
 
 
 def _answered(
-    problems: list[ContactQP], answers: Callable[[ContactQP, LoadCases], CaseAnswers | None]
+    problems: list[ContactProblem], answers: Callable[[ContactProblem, LoadCases], CaseAnswers | None]
 ) -> list[tuple[Answer, Vector] | None]:
     """Return answers and their gaps (length) to problems that differ in their forces alone; None where there is none.
 

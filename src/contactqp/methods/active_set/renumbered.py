@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ...algebra.kernel import Kernel
 from ...foundation.checks import Vector
 from ..amg.ordered import Ordered
 from .primal_dual import ActiveSet, Step
+from .resting import RestingActiveSet
 
 
 class Renumbered:
@@ -21,18 +23,32 @@ class Renumbered:
         Bounds as for `ActiveSet`.
     monotone : bool
         See `ActiveSet`.
+    kernel : Kernel, optional
+        Of a matrix that is semidefinite, see `RestingActiveSet`.
     """
 
-    def __init__(self, ordered: Ordered, q: Vector, lower: Vector, upper: Vector, monotone: bool) -> None:
+    def __init__(
+        self,
+        ordered: Ordered,
+        q: Vector,
+        lower: Vector,
+        upper: Vector,
+        monotone: bool,
+        kernel: Kernel | None = None,
+    ) -> None:
         self._ordered = ordered
         forces, above, below = self._inwards(q, lower, upper)
-        self._iteration = ActiveSet(ordered.matrix, forces, above, below, monotone, lambda: ordered.amg)
+        given = ordered.matrix, forces, above, below, monotone, lambda: ordered.amg
+        if kernel is None:
+            self._iteration = ActiveSet(*given)
+        else:
+            self._iteration = RestingActiveSet(*given, kernel.taken(ordered.inwards))
 
     def restart(self, q: Vector, lower: Vector, upper: Vector) -> None:
         """Go back to ω = 0 with other forces and other values of the bounds."""
         self._iteration.restart(*self._inwards(q, lower, upper))
 
-    def start(self, report: Callable[[str], None]) -> None:
+    def start(self, report: Callable[[str], None] = lambda text: None) -> None:
         """Start from the solution of coarser problems."""
         self._iteration.start(report)
 

@@ -32,6 +32,9 @@ class Ordered:
         Symmetric, with ascending column numbers.
     candidate : array, shape (n,), optional
         See `Amg`.
+    springs : float
+        What is added to the diagonal of the hierarchy's matrix, in parts of it: more than zero where the matrix is
+        semidefinite.
 
     Attributes
     ----------
@@ -39,8 +42,8 @@ class Ordered:
         In the new order; the one given, if that is kept.
     """
 
-    def __init__(self, matrix: csr_array, candidate: Vector | None = None) -> None:
-        self._order = _order(matrix)
+    def __init__(self, matrix: csr_array, candidate: Vector | None = None, *, springs: float = 0.0) -> None:
+        self._springs, self._order = springs, _order(matrix)
         self._candidate = None if candidate is None else self.inwards(candidate)
         if self._order is not None:
             matrix = matrix[self._order][:, self._order]
@@ -49,11 +52,18 @@ class Ordered:
 
     @cached_property
     def amg(self) -> Amg:
-        """The hierarchy of the matrix in the new order."""
-        return Amg(self.matrix, self._candidate)
+        """The hierarchy of the matrix, or of that with springs, in the new order."""
+        if not self._springs:
+            return Amg(self.matrix, self._candidate)
+        load_modules("scipy.sparse")
+        from scipy import sparse
+
+        sprung = (self.matrix + sparse.diags_array(self._springs * self.matrix.diagonal())).tocsr()
+        sprung.sort_indices()
+        return Amg(sprung, self._candidate)
 
     def inwards(self, vector: Vector) -> Vector:
-        """Return a vector in the new order; one without entries as it is."""
+        """Return a vector, or rows of an array, in the new order; one without entries as it is."""
         return vector if self._order is None or not vector.size else vector[self._order]
 
     def outwards(self, vector: Vector) -> Vector:

@@ -33,7 +33,7 @@ _STALLING = 0.5
 
 
 Limits: TypeAlias = tuple[Grid, Grid]
-"""Lower and upper bounds on a grid, see `contactqp.problem.contact_qp.ContactQP.bound_grids`."""
+"""Lower and upper bounds on a grid, see `contactqp.problem.contact_problem.ContactProblem.bound_grids`."""
 
 NO_LIMITS: Limits = np.zeros((0, 0)), np.zeros((0, 0))
 

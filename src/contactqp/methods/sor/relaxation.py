@@ -24,6 +24,8 @@ A solve whose contact set has yet to settle is served well by less than the best
 paper's hexagon and on bowls, the 2 - β of its fewest sweeps to an error of 1e-6 is 1.0 to 1.12 times that of Young's
 factor for the final free nodes, and 1.1 to 1.6 times for the paper's stopping rules.
 """
+_LEAST_WAIT, _WAIT = 20, 8
+"""Sweeps without a step less than all before, at least, and times 2 - β, after which over-relaxation is given up."""
 _DAMPING = 0.75
 _BOLDEST = 0.4
 
@@ -82,6 +84,38 @@ class AdaptiveRelaxation:
         if raised > self.beta + 0.01 * (2 - self.beta):
             self.beta = raised
             self._steps.clear()
+
+
+class GuardedRelaxation(AdaptiveRelaxation):
+    """The same for an M-matrix that is not symmetric, for which over-relaxation may diverge.
+
+    The eigenvalues of its Jacobi matrix need not be real. Projected Gauss-Seidel, β = 1, converges for every M-matrix
+    (Ahn, *Solution of nonsymmetric linear complementarity problems by iterative methods*, J. Optim. Theory Appl. 33,
+    1981), so that is what remains where the steps cease to fall.
+
+    Examples
+    --------
+    >>> guarded = GuardedRelaxation(1.5)
+    >>> for sweep in range(30):
+    ...     guarded.observe(1.1**sweep)
+    >>> guarded.beta
+    1.0
+    """
+
+    def __init__(self, beta: float = _FIRST) -> None:
+        super().__init__(beta)
+        self._least, self._waited = math.inf, 0
+
+    def observe(self, step: float, noise: float = 0.0) -> None:
+        """See `AdaptiveRelaxation.observe`."""
+        if self.beta == 1.0:
+            return
+        self._waited = 0 if step < self._least else self._waited + 1
+        self._least = min(step, self._least)
+        if step > noise and self._waited > max(_LEAST_WAIT, _WAIT / (2 - self.beta)):
+            self.beta = 1.0
+        else:
+            super().observe(step, noise)
 
 
 def young(mu: float) -> float:
