@@ -335,6 +335,10 @@ class Backend(ABC):
         The method, in a few words.
     package : str
         Distribution on PyPI that it needs; its version is shown.
+    also_needs : collection of str
+        Further distributions without which it cannot be called.
+    licence : str
+        That of the method's program, by its SPDX identifier; "" if it is not told.
     iteration_unit : str
         What one iteration is.
     needs : collection of Need
@@ -354,6 +358,8 @@ class Backend(ABC):
     name: ClassVar[str]
     summary: ClassVar[str]
     package: ClassVar[str]
+    also_needs: ClassVar[Collection[str]] = ()
+    licence: ClassVar[str] = ""
     iteration_unit: ClassVar[str] = "iteration"
     needs: ClassVar[Collection[Need]] = ()
     does_without: ClassVar[Collection[Need]] = ()
@@ -401,12 +407,19 @@ class Backend(ABC):
         """Return the installed version of the library behind the backend, or None if it is missing."""
         return _version(self.package)
 
+    def missing(self) -> list[str]:
+        """Return the distributions that it needs and that are not installed."""
+        return [package for package in (*self.also_needs, self.package) if _version(package) is None]
+
     def require(self) -> None:
-        """Raise a MissingBackendError if the library is not installed."""
-        if self.version() is None:
+        """Raise a MissingBackendError if a distribution that it needs is not installed."""
+        missing = self.missing()
+        if missing:
+            several = len(missing) > 1
             raise MissingBackendError(
-                f"backend {self.name!r} needs the package {self.package!r}, which is not installed; "
-                f"type: pip install {self.package}"
+                f"backend {self.name!r} needs the package{'s' if several else ''} "
+                f"{' and '.join(map(repr, missing))}, which {'are' if several else 'is'} not installed; "
+                f"type: pip install {' '.join(missing)}"
             )
 
     def check_options(self, options: Mapping[str, Any]) -> None:

@@ -1,0 +1,92 @@
+"""The solvers of quadratic programs that CVXPY finds: ``cvxpy:clarabel``, ``cvxpy:piqp`` and others.
+
+Diamond and Boyd, *CVXPY: a Python-embedded modeling language for convex optimization*, Journal of Machine Learning
+Research 17 (2016).
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..problem.contact_problem import ContactProblem
+from .base import Task
+from .families import Member, MemberState, Settings
+from .library import Ask, Reply, Vectors, Workspace
+from .option_checks import Positive
+from .solvers import solvers_through
+
+
+class Cvxpy(Member):
+    """A solver that CVXPY calls; started again with a tighter tolerance where the judge is not satisfied."""
+
+    family: ClassVar[str] = "cvxpy"
+
+    @staticmethod
+    def offered(library: Any) -> list[str]:
+        """See `Member.offered`: those with a row, and others that take quadratic programs."""
+        defined = library.reductions.solvers.defines
+        quadratic = {*defined.QP_SOLVERS, *map(str.upper, solvers_through("cvxpy"))}
+        return [name.lower() for name in library.installed_solvers() if name in quadratic]
+
+    def prepare(
+        self, problem: ContactProblem, task: Task, *, eps: Positive | None = None, settings: Settings | None = None
+    ) -> _Prepared:
+        """State the program once, with forces and limits as parameters.
+
+        Parameters
+        ----------
+        problem, task
+            See `Backend.solve`; the warm start is not used. With the library's own defaults the solver is called once.
+        eps : float, optional
+            The solver's first tolerance; by default what its row in the table of solvers says.
+        settings : mapping of str to object, optional
+            Settings of the solver, by its own names.
+        """
+        return _Prepared(self, Cvxpy.prepare, problem, task, {"eps": eps, "settings": settings})
+
+
+class _Prepared(MemberState):
+    """The stated program, whose parameters change from load to load."""
+
+    imports: ClassVar[str] = "cvxpy"
+
+    def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:
+        """See `LibraryState.set_up`."""
+        return _Stated(self.library, ask, vectors)
+
+    def ask(self, workspace: Workspace, ask: Ask, settings: dict[str, Any]) -> Reply:
+        """See `MemberState.ask`."""
+        stated = workspace.problem
+        try:
+            stated.solve(solver=self.member.solver.upper(), warm_start=False, **settings)
+        except self.library.error.SolverError as error:
+            return self.reply(ask, None, " ".join(str(error).split()), None, solved=False)
+        value, told = workspace.gap.value, stated.solver_stats
+        gap = None if value is None else np.array(value, dtype=np.float64)
+        if gap is not None and workspace.equal:
+            multiplier = workspace.equal[0].dual_value
+            gap = ask.form.gap(ask.problem, gap, np.zeros(gap.size) if multiplier is None else multiplier)
+        done = None if told is None or told.num_iters is None else int(told.num_iters)
+        return self.reply(ask, gap, str(stated.status), done, solved=stated.status == self.library.OPTIMAL)
+
+
+class _Stated:
+    """A program in CVXPY's words: its variable, its parameters by name, and its equations."""
+
+    def __init__(self, library: Any, ask: Ask, vectors: Vectors) -> None:
+        form, cp = ask.form, library
+        self.gap = cp.Variable(ask.problem.size)
+        self._parameters = {name: cp.Parameter(vector.size, value=vector) for name, vector in vectors.items()}
+        forces, limits = self._parameters["q"], self._parameters["b"]
+        energy = 0.5 * cp.quad_form(self.gap, cp.psd_wrap(ask.problem.G.tocsc())) + forces @ self.gap
+        rows, equations = form.matrix, form.equations
+        self.equal = [rows[:equations] @ self.gap == limits[:equations]] if equations else []
+        below = [rows[equations:] @ self.gap <= limits[equations:]] if form.inequalities else []
+        self.problem = cp.Problem(cp.Minimize(energy), [*self.equal, *below])
+
+    def update(self, **changed: Any) -> None:
+        """Change parameters."""
+        for name, vector in changed.items():
+            self._parameters[name].value = vector
