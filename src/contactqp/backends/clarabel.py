@@ -26,6 +26,7 @@ class Clarabel(Backend):
     name: ClassVar[str] = "clarabel"
     summary: ClassVar[str] = "interior point"
     package: ClassVar[str] = "clarabel"
+    licence: ClassVar[str] = "Apache-2.0"
     has_own_defaults: ClassVar[bool] = True
     does_without: ClassVar[tuple[Need, ...]] = (Need.DEFINITE,)
     practical_size: ClassVar[int | None] = 100_000

@@ -61,7 +61,7 @@ class _Prepared(MemberState):
         stated = workspace.problem
         try:
             stated.solve(solver=self.member.solver.upper(), warm_start=False, **settings)
-        except self.library.error.SolverError as error:
+        except (self.library.error.SolverError, ArithmeticError) as error:
             return self.reply(ask, None, " ".join(str(error).split()), None, solved=False)
         value, told = workspace.gap.value, stated.solver_stats
         gap = None if value is None else np.array(value, dtype=np.float64)

@@ -21,7 +21,7 @@ from .option_checks import Check, Positive
 from .rows import StateInRows
 from .solvers import Facts, facts_of, solvers_through
 
-_SOLVED, _BEST, _ITERATIONS, _TIME = "solved", "best", "iteration limit", "time limit"
+_SOLVED, _BEST, _NOTHING, _ITERATIONS, _TIME = "solved", "best", "nothing", "iteration limit", "time limit"
 _MANY_ROUNDS = 20
 
 
@@ -113,7 +113,9 @@ class MemberState(StateInRows):
 
     outcomes: ClassVar[Mapping[Any, Outcome]] = {
         _SOLVED: Outcome(Stop.DONE, claims=True),
+        # A tolerance that is too tight for the solver takes nothing away from the answers before.
         _BEST: Outcome(Stop.DONE),
+        _NOTHING: Outcome(Stop.DONE),
         _ITERATIONS: Outcome(Stop.ITERATION_LIMIT),
         _TIME: Outcome(Stop.TIME_LIMIT),
     }
@@ -170,7 +172,7 @@ class MemberState(StateInRows):
         """
         done = int(iterations or 0) if self.through.counted else 1
         if gap is None or not np.isfinite(gap).all():
-            status, gap = "failed", None
+            status, gap = _NOTHING, None
         elif solved:
             status = _SOLVED
         elif ask.task.seconds_left <= 0:
@@ -179,6 +181,7 @@ class MemberState(StateInRows):
             status = _ITERATIONS
         else:
             status = _BEST
+        word = word if " " in word else word.rsplit(".")[-1]  # the name of a member of an enumeration
         eps = f", eps {ask.eps:.0e}" if self.facts.tolerances and np.isfinite(ask.eps) else ""
         return Reply(status, gap, done, f"{word}{eps}")
 

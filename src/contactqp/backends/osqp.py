@@ -29,6 +29,7 @@ class Osqp(Backend):
     name: ClassVar[str] = "osqp"
     summary: ClassVar[str] = "operator splitting (ADMM)"
     package: ClassVar[str] = "osqp"
+    licence: ClassVar[str] = "Apache-2.0"
     has_own_defaults: ClassVar[bool] = True
     does_without: ClassVar[tuple[Need, ...]] = (Need.DEFINITE,)
     practical_size: ClassVar[int | None] = 100_000

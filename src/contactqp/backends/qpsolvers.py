@@ -74,7 +74,10 @@ class _Prepared(MemberState):
         posed = self.library.Problem(objective, np.array(problem.q), **program)
         start = ask.task.warm_start if self.facts.warm else None
         start = None if start is None else problem.project(start)
-        found = self.library.solve_problem(posed, self.member.solver, initvals=start, **settings)
+        try:
+            found = self.library.solve_problem(posed, self.member.solver, initvals=start, **settings)
+        except (self.library.exceptions.SolverError, ArithmeticError) as error:
+            return self.reply(ask, None, " ".join(str(error).split()), None, solved=False)
         gap = None if found.x is None else np.array(found.x, dtype=np.float64)
         if gap is not None:
             multiplier = np.zeros(form.equations) if found.y is None or not len(found.y) else np.asarray(found.y)

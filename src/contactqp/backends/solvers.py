@@ -9,12 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-
-_NONE: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -36,7 +33,7 @@ class Through:
     practical_size: int | None = None
     reachable_tol: float | None = None
     counted: bool = True
-    settings: Mapping[str, Any] = _NONE
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -86,7 +83,7 @@ class Facts:
     most: int = 200
     iterations: str = ""
     seconds: str = ""
-    settings: Mapping[str, Any] = _NONE
+    settings: Mapping[str, Any] = field(default_factory=dict)
     dense: bool = False
     box: bool = True
     definite: bool = False
@@ -96,8 +93,7 @@ class Facts:
 
 
 _EPS = ("eps_abs",)
-_CONES = ("abstol", "reltol", "feastol")
-_ABSOLUTE: Mapping[str, Any] = MappingProxyType({"eps_rel": 0.0})
+_ABSOLUTE = {"eps_rel": 0.0}
 
 SOLVERS: Mapping[str, Facts] = {
     "piqp": Facts(
@@ -121,7 +117,7 @@ SOLVERS: Mapping[str, Facts] = {
         iterations="max_iter",
         settings=_ABSOLUTE,
         warm=True,
-        through={"qpsolvers": Through(5000), "cvxpy": Through(5000, settings={"backend": "sparse"})},
+        through={"qpsolvers": Through(5000), "cvxpy": Through(1000)},
     ),
     "highs": Facts(
         "highspy",
@@ -153,7 +149,6 @@ SOLVERS: Mapping[str, Facts] = {
         "MIT",
         tolerances=("primal_tol",),
         tightest=1e-12,
-        settings={},
         dense=True,
         definite=True,
         through={"qpsolvers": Through(1000, counted=False), "cvxpy": Through(1000, counted=False)},
@@ -161,7 +156,7 @@ SOLVERS: Mapping[str, Facts] = {
     "quadprog": Facts(
         "quadprog",
         "dual active sets (Goldfarb, Idnani)",
-        "GPL-2.0-or-later",
+        "GPL-2.0+",
         dense=True,
         box=False,
         definite=True,
@@ -171,7 +166,7 @@ SOLVERS: Mapping[str, Facts] = {
         "ecos",
         "interior point for cones",
         "GPL-3.0",
-        tolerances=_CONES,
+        tolerances=("abstol", "reltol", "feastol"),
         order=2,
         tightest=1e-15,
         iterations="max_iters",
@@ -183,9 +178,8 @@ SOLVERS: Mapping[str, Facts] = {
     "cvxopt": Facts(
         "cvxopt",
         "interior point for cones",
-        "GPL-3.0-or-later",
-        tolerances=_CONES,
-        order=2,
+        "GPL-3.0+",
+        tolerances=("abstol", "reltol"),
         tightest=1e-15,
         iterations="maxiters",
         box=False,
@@ -194,7 +188,7 @@ SOLVERS: Mapping[str, Facts] = {
     "qpalm": Facts(
         "qpalm",
         "proximal augmented Lagrangian",
-        "LGPL-3.0-or-later",
+        "LGPL-3.0+",
         tolerances=_EPS,
         tightest=1e-14,
         most=10_000,
