@@ -23,6 +23,7 @@ from ..foundation.checks import Vector, nearest
 from ..foundation.progress import Progress, silent
 from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
+from .option_checks import check_values
 
 
 class Stop(StrEnum):
@@ -390,7 +391,7 @@ class Backend(ABC):
         TypeError
             If they are not all named keywords with defaults, so that a misspelt one would pass unnoticed.
         """
-        written = type(self).prepare if type(self).solve is Backend.solve else type(self).solve
+        written = self._written()
         if written is Backend.prepare:
             raise TypeError(f"backend {self.name!r} must define solve or prepare")
         parameters = list(inspect.signature(written).parameters.values())[3:]
@@ -402,6 +403,10 @@ class Backend(ABC):
                     f"def {written.__name__}(self, problem, task, *, option=default)"
                 )
         return {parameter.name: parameter.default for parameter in parameters}
+
+    def _written(self) -> Callable[..., Any]:
+        """Return the one of `prepare` and `solve` that the subclass has written."""
+        return type(self).prepare if type(self).solve is Backend.solve else type(self).solve
 
     def version(self) -> str | None:
         """Return the installed version of the library behind the backend, or None if it is missing."""
@@ -423,13 +428,22 @@ class Backend(ABC):
             )
 
     def check_options(self, options: Mapping[str, Any]) -> None:
-        """Raise a TypeError if an option is not one of the backend's."""
+        """Check options by their names, and their values by what their annotations say.
+
+        Raises
+        ------
+        TypeError
+            If an option is not one of the backend's, or its value has another kind than it is annotated with.
+        ValueError
+            If its value is outside its range.
+        """
         known = self.options()
         for option in options:
             if option not in known:
                 listed = ", ".join(known) or "none"
                 meant = nearest(option, [*known, *_OF_EVERY_BACKEND])
                 raise TypeError(f"backend {self.name!r} has no option {option!r}{meant}; its options: {listed}")
+        check_values(self._written(), options)
 
     def check_problem(self, problem: ContactProblem) -> None:
         """Raise an UnsuitableProblemError if the problem lacks a property that the method relies on."""

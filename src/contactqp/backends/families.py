@@ -188,7 +188,7 @@ class MemberState(StateInRows):
     def _told(self, ask: Ask) -> dict[str, Any]:
         """Return the solver's settings for a call: all, or by default those that the user asks for."""
         task, facts = ask.task, self.facts
-        told: dict[str, Any] = {} if task.own_defaults else {**facts.settings, **self.through.settings}
+        told: dict[str, Any] = {**({} if task.own_defaults else facts.settings), **self.through.settings}
         if np.isfinite(ask.eps):
             told |= dict.fromkeys(facts.tolerances, ask.eps)
         limited = task.max_iter is not None or not task.own_defaults

@@ -68,7 +68,7 @@ class Osqp(Backend):
             OSQP's first absolute and relative tolerance; by default 100 ``tol``.
         """
         options: dict[str, Any] = {"alpha": alpha, "rho": rho, "sigma": sigma, "scaling": scaling, "eps": eps}
-        options |= {"adaptive_rho": int(adaptive_rho), "check_termination": check_termination, "polishing": polishing}
+        options |= {"adaptive_rho": adaptive_rho, "check_termination": check_termination, "polishing": polishing}
         # The program always has a solution: no test for the contrary may fire.
         return _Prepared(Osqp.prepare, problem, task, options | dict.fromkeys(("eps_prim_inf", "eps_dual_inf"), 1e-15))
 

@@ -27,7 +27,7 @@ class Through:
     counted : bool
         Whether the package tells iterations, and passes on a limit of them; else calls are counted.
     settings : mapping of str to object
-        What this package must be told besides.
+        What this package must be told in any case, with the solver's defaults too.
     """
 
     practical_size: int | None = None
@@ -127,6 +127,7 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-10,
         seconds="time_limit",
         settings={"qp_regularization_value": 0.0},
+        definite=True,
         greets="highspy:Highs",
         through={"qpsolvers": Through(1000, counted=False), "cvxpy": Through(1000, counted=False)},
     ),
@@ -209,7 +210,11 @@ SOLVERS: Mapping[str, Facts] = {
         seconds="time_limit",
         settings=_ABSOLUTE,
         warm=True,
-        through={"qpsolvers": Through(100_000), "cvxpy": Through(100_000)},
+        through={
+            "qpsolvers": Through(100_000),
+            # CVXPY asks for a last step, of which OSQP prints that it is not needed where there is no contact.
+            "cvxpy": Through(100_000, settings={"polishing": False}),
+        },
     ),
     "clarabel": Facts(
         "clarabel",
