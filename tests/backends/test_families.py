@@ -52,6 +52,11 @@ def test_a_mistyped_name_gets_a_suggestion():
         backends.get_backend("qpsolvers:quadprogg")
 
 
+def test_a_solver_that_is_named_alone_is_looked_for_in_the_families():
+    with pytest.raises(cq.UnknownBackendError, match=r"unknown backend 'piqp'; did you mean 'qpsolvers:piqp'\?; known: a"):
+        backends.get_backend("piqp")
+
+
 def test_what_is_missing_is_told_with_what_to_type(monkeypatch):
     installed = base._version
     monkeypatch.setattr(base, "_version", lambda name: None if name in ("qpsolvers", "piqp") else installed(name))

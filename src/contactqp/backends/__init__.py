@@ -109,8 +109,14 @@ def get_backend(backend: str | Backend) -> Backend:
             return found
     if backend in _outsiders():
         return _loaded(backend, _outsiders()[backend])
-    known = ["auto", *backend_names(), *family_names()]
-    raise UnknownBackendError(f"unknown backend {backend!r}{nearest(backend, known)}; known: {', '.join(known)}")
+    if family is None:
+        known = ["auto", *backend_names()]
+        members = [key + backend for key in _families() if backend in _realised(TABLE[key]).listed()]
+        meant = f"; did you mean {members[0]!r}?" if members else nearest(backend, known)
+    else:
+        known = [family + solver for solver in _realised(TABLE[family]).names()]
+        meant = nearest(backend, known)
+    raise UnknownBackendError(f"unknown backend {backend!r}{meant}; known: {', '.join(known)}")
 
 
 def suitable_backends(problem: ContactProblem) -> list[str]:

@@ -414,7 +414,8 @@ class Backend(ABC):
 
     def missing(self) -> list[str]:
         """Return the distributions that it needs and that are not installed."""
-        return [package for package in (*self.also_needs, self.package) if _version(package) is None]
+        others = [package for package in self.also_needs if _version(package) is None]
+        return others if self.version() is not None else [*others, self.package]
 
     def require(self) -> None:
         """Raise a MissingBackendError if a distribution that it needs is not installed."""

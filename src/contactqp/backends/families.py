@@ -82,14 +82,19 @@ class Member(Backend):
         """
 
     @classmethod
+    def listed(cls) -> list[str]:
+        """Return the names of the solvers in the table, which may be installed or not."""
+        return solvers_through(cls.family)
+
+    @classmethod
     def names(cls) -> list[str]:
         """Return the names of all solvers: those in the table, and what else the package finds here."""
-        return list(dict.fromkeys([*solvers_through(cls.family), *_found(cls)]))
+        return list(dict.fromkeys([*cls.listed(), *_found(cls)]))
 
     @classmethod
     def knows(cls, solver: str) -> bool:
         """Whether there is a solver of that name; the package is loaded only for one that is not in the table."""
-        return solver in solvers_through(cls.family) or solver in _found(cls)
+        return solver in cls.listed() or solver in _found(cls)
 
     def require(self) -> None:
         """See `Backend.require`; the package must find the solver, too."""

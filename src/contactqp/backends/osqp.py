@@ -114,6 +114,5 @@ class _Prepared(LibraryState):
         workspace.update_settings(**limits, check_termination=often, polishing=ask.finishes)
         result = solved(workspace)
         info, reaction = result.info, -np.array(result.y)
-        gap = np.array(result.x) if info.status in self.outcomes else None
-        finished = "polish" if info.status_polish == 1 else ""
-        return Reply(info.status, gap, int(info.iter), finished=finished, reaction=reaction)
+        gap, polished = np.array(result.x) if info.status in self.outcomes else None, info.status_polish == 1
+        return Reply(info.status, gap, int(info.iter), finished="polish" if polished else "", reaction=reaction)

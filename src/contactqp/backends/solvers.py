@@ -117,7 +117,7 @@ SOLVERS: Mapping[str, Facts] = {
         iterations="max_iter",
         settings=_ABSOLUTE,
         warm=True,
-        through={"qpsolvers": Through(5000, 1e-14), "cvxpy": Through(1000)},
+        through={"qpsolvers": Through(3000, 1e-14), "cvxpy": Through(1000, 1e-13)},
     ),
     "highs": Facts(
         "highspy",
@@ -142,7 +142,7 @@ SOLVERS: Mapping[str, Facts] = {
         seconds="time_limit_secs",
         settings=_ABSOLUTE,
         warm=True,
-        through={"qpsolvers": Through(100_000, 1e-13), "cvxpy": Through(100_000, 1e-13)},
+        through={"qpsolvers": Through(50_000, 1e-13), "cvxpy": Through(50_000, 1e-13)},
     ),
     "daqp": Facts(
         "daqp",
@@ -152,7 +152,7 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-12,
         dense=True,
         definite=True,
-        through={"qpsolvers": Through(1000, counted=False), "cvxpy": Through(1000, counted=False)},
+        through={"qpsolvers": Through(1000, 1e-14, counted=False), "cvxpy": Through(1000, counted=False)},
     ),
     "quadprog": Facts(
         "quadprog",
@@ -184,7 +184,7 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-15,
         iterations="maxiters",
         box=False,
-        through={"qpsolvers": Through(100_000, 1e-10), "cvxpy": Through(1000, counted=False)},
+        through={"qpsolvers": Through(100_000, 1e-10), "cvxpy": Through(300, counted=False)},
     ),
     "qpalm": Facts(
         "qpalm",

@@ -108,7 +108,7 @@ def _listed(name: str) -> _Listed:
         "needs": ", ".join(sorted(need.name for need in backend.needs)) or "-",
         "library": f"{backend.package} {backend.version() or ''}".strip(),
         "licence": backend.licence or "-",
-        "reaches": "-" if backend.reachable_tol is None else f"tol {backend.reachable_tol:g}",
+        "reaches": "-" if backend.reachable_tol is None else f"{backend.reachable_tol:g}",
         "available": _NO if obstacle else Text("yes", style="green"),
     }
     return _Listed(kind_of(name), cells, obstacle)

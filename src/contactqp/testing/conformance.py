@@ -168,7 +168,10 @@ def _made(check: _Check, kit: _Kit, seconds: float) -> CheckResult:
     """Return what a check finds, whatever the backend does."""
     label, call = check
     try:
-        run_interruptibly(lambda: call(kit), seconds=seconds)
+        # What the user's filters make of a warning is no concern of any check but that of silence.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            run_interruptibly(lambda: call(kit), seconds=seconds)
     except _DoesNotApply as error:
         return CheckResult(label, "skip", got=str(error))
     except _Unmet as error:
