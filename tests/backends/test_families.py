@@ -53,7 +53,9 @@ def test_a_mistyped_name_gets_a_suggestion():
 
 
 def test_a_solver_that_is_named_alone_is_looked_for_in_the_families():
-    with pytest.raises(cq.UnknownBackendError, match=r"unknown backend 'piqp'; did you mean 'qpsolvers:piqp'\?; known: a"):
+    with pytest.raises(
+        cq.UnknownBackendError, match=r"unknown backend 'piqp'; did you mean 'qpsolvers:piqp'\?; known: a"
+    ):
         backends.get_backend("piqp")
 
 
@@ -74,7 +76,9 @@ def test_what_is_missing_is_told_with_what_to_type(monkeypatch):
 
 def test_a_solver_that_is_installed_and_not_found_is_missing(monkeypatch):
     monkeypatch.setattr(families, "_found", lambda member: ("osqp", "scs"))
-    with pytest.raises(cq.MissingBackendError, match=r"needs qpsolvers to find the solver 'piqp', but it finds osqp, scs"):
+    with pytest.raises(
+        cq.MissingBackendError, match=r"needs qpsolvers to find the solver 'piqp', but it finds osqp, scs"
+    ):
         cq.solve(BOWL, "qpsolvers:piqp")
 
 
@@ -97,7 +101,10 @@ def test_a_package_that_cannot_be_loaded_finds_nothing(monkeypatch):
 def test_a_solver_without_a_row_is_called_as_it_is_shipped(monkeypatch):
     def toy(problem, initvals=None, verbose=False, **settings):
         found = qpsolvers.Solution(problem)
-        found.found, found.x = True, qpsolvers.solve_problem(problem, "osqp", eps_abs=1e-10, eps_rel=1e-10, **settings).x
+        found.found, found.x = (
+            True,
+            qpsolvers.solve_problem(problem, "osqp", eps_abs=1e-10, eps_rel=1e-10, **settings).x,
+        )
         return found
 
     monkeypatch.setitem(qpsolvers.solvers.solve_function, "toy", toy)
@@ -170,7 +177,9 @@ def test_settings_that_are_no_names_and_values_are_refused(settings):
         cq.solve(BOWL, "cvxpy:scs", eps=0.0)
 
 
-@pytest.mark.parametrize("name", [name for name in INSTALLED if backends.get_backend(name).iteration_unit == "iteration"])
+@pytest.mark.parametrize(
+    "name", [name for name in INSTALLED if backends.get_backend(name).iteration_unit == "iteration"]
+)
 def test_iteration_limits_are_passed_on(name):
     solution = cq.solve(BOWL, name, max_iter=2, on_failure="ignore")
     assert solution.iterations <= 2

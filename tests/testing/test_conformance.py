@@ -238,7 +238,18 @@ BROKEN = {
 }
 """What each is found out by; checks that fail as a consequence may come on top."""
 
-ALONE = [Prints, PrintsBelow, Warns, IgnoresIterations, IgnoresTime, NoSession, OwnMemory, TakesAnything, Random, Global]
+ALONE = [
+    Prints,
+    PrintsBelow,
+    Warns,
+    IgnoresIterations,
+    IgnoresTime,
+    NoSession,
+    OwnMemory,
+    TakesAnything,
+    Random,
+    Global,
+]
 """Those of which every other thing is as it should be."""
 
 
@@ -350,9 +361,7 @@ def distribution(tmp_path, monkeypatch):
     record = tmp_path / "toy_distribution-2.5.dist-info"
     record.mkdir()
     (record / "METADATA").write_text("Metadata-Version: 2.1\nName: toy-distribution\nVersion: 2.5\n")
-    (record / "entry_points.txt").write_text(
-        "[contactqp.backends]\ntoy-relaxation = toy_distribution:Relaxed\n"
-    )
+    (record / "entry_points.txt").write_text("[contactqp.backends]\ntoy-relaxation = toy_distribution:Relaxed\n")
     monkeypatch.syspath_prepend(tmp_path)
     backends._outsiders.cache_clear()
     yield

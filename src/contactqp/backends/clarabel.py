@@ -81,7 +81,9 @@ class _Prepared(StateInRows):
     def plan(self, task: Task) -> Plan:
         """See `LibraryState.plan`."""
         if not task.own_defaults:
-            return Plan(self.eps or (1e-15 if self.problem.size > _MANY else 1e-14) * max(task.tol / 1e-6, 1.0) ** 2, 200)
+            return Plan(
+                self.eps or (1e-15 if self.problem.size > _MANY else 1e-14) * max(task.tol / 1e-6, 1.0) ** 2, 200
+            )
         eps, most = self.eps or self.library.DefaultSettings().tol_gap_abs, task.max_iter or 200
         return Plan(eps, most, f"Clarabel as shipped: tolerance {eps:g} of the duality gap, at most {most} iterations")
 

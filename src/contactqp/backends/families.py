@@ -17,9 +17,9 @@ from ..foundation.quiet import output_discarded, warnings_ignored
 from ..problem.contact_problem import ContactProblem
 from .base import Backend, Need, Stop, Task
 from .library import Ask, Outcome, Plan, Reply, Workspace
-from .option_checks import Check, Positive
+from .option_checks import Check
 from .rows import StateInRows
-from .solvers import Facts, facts_of, solvers_through
+from .solvers import facts_of, solvers_through
 
 _SOLVED, _BEST, _NOTHING, _ITERATIONS, _TIME = "solved", "best", "nothing", "iteration limit", "time limit"
 _MANY_ROUNDS = 20

@@ -105,7 +105,7 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-15,
         iterations="max_iter",
         settings={"eps_rel": 0.0, "eps_duality_gap_rel": 0.0},
-        through={"qpsolvers": Through(100_000, 1e-13), "cvxpy": Through(100_000, 1e-13)},
+        through={"qpsolvers": Through(20_000, 1e-13), "cvxpy": Through(20_000, 1e-13)},
     ),
     "proxqp": Facts(
         "proxsuite",
@@ -129,7 +129,7 @@ SOLVERS: Mapping[str, Facts] = {
         settings={"qp_regularization_value": 0.0},
         definite=True,
         greets="highspy:Highs",
-        through={"qpsolvers": Through(1000, 1e-13, counted=False), "cvxpy": Through(1000, counted=False)},
+        through={"qpsolvers": Through(1000, 1e-13, counted=False), "cvxpy": Through(1000, 1e-13, counted=False)},
     ),
     "scs": Facts(
         "scs",
@@ -184,7 +184,7 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-15,
         iterations="maxiters",
         box=False,
-        through={"qpsolvers": Through(100_000, 1e-10), "cvxpy": Through(300, counted=False)},
+        through={"qpsolvers": Through(20_000, 1e-10), "cvxpy": Through(300, counted=False)},
     ),
     "qpalm": Facts(
         "qpalm",
@@ -211,9 +211,9 @@ SOLVERS: Mapping[str, Facts] = {
         settings=_ABSOLUTE,
         warm=True,
         through={
-            "qpsolvers": Through(100_000, 1e-13),
+            "qpsolvers": Through(50_000, 1e-13),
             # CVXPY asks for a last step, of which OSQP prints that it is not needed where there is no contact.
-            "cvxpy": Through(100_000, 1e-13, settings={"polishing": False}),
+            "cvxpy": Through(50_000, 1e-13, settings={"polishing": False}),
         },
     ),
     "clarabel": Facts(
@@ -226,7 +226,7 @@ SOLVERS: Mapping[str, Facts] = {
         iterations="max_iter",
         seconds="time_limit",
         box=False,
-        through={"qpsolvers": Through(100_000, 1e-13, counted=False), "cvxpy": Through(100_000, 1e-13)},
+        through={"qpsolvers": Through(50_000, 1e-13, counted=False), "cvxpy": Through(50_000, 1e-13)},
     ),
 }
 """By the name that all such packages call a solver by."""

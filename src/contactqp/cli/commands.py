@@ -39,8 +39,8 @@ def compare(
     backends: Annotated[
         str | None,
         typer.Option(
-            help="Names, separated by commas, or 'all': what qpsolvers and CVXPY find, too. By default the package's own "
-            "and plug-ins that suit."
+            help="Names, separated by commas, or 'all': what qpsolvers and CVXPY find, too. By default the package's "
+            "own and plug-ins that suit."
         ),
     ] = None,
     tol: Tol = "1e-6",
@@ -65,7 +65,9 @@ def compare(
 
     model, title = _read(case)
     listed = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
-    comparison = compare_backends(model, "all" if listed == ["all"] else listed, tol=tolerance(tol), time_limit=time_limit, repeats=repeats)
+    comparison = compare_backends(
+        model, "all" if listed == ["all"] else listed, tol=tolerance(tol), time_limit=time_limit, repeats=repeats
+    )
     print_comparison(comparison, title=case.name, wide=wide)
     if json is not None:
         json.write_text(comparison.to_json() + "\n", encoding="utf-8")

@@ -293,7 +293,6 @@ def _interrupts(kit: _Kit) -> None:
 def _wrong_options(kit: _Kit) -> None:
     problem = kit.known.problem
 
-
     def solve(options: Mapping[str, object]) -> None:
         kit.backend.check_options(options)
         kit.answer(problem, kit.task(problem, given=frozenset(options)), **options)
@@ -320,7 +319,7 @@ def _determinism(kit: _Kit) -> None:
     problem = kit.known.problem
     first, second = (kit.answer(problem, kit.task(problem)) for _ in range(2))
     gaps = [np.full(problem.size, np.nan) if run.gap is None else np.asarray(run.gap) for run in (first, second)]
-    if not np.array_equal(*gaps, equal_nan=True):
+    if not np.array_equal(gaps[0], gaps[1], equal_nan=True):
         raise _Unmet("the same gap twice, to the bit", f"gaps that differ by {np.abs(gaps[0] - gaps[1]).max():.2g}")
     if first.iterations != second.iterations:
         raise _Unmet("the same number of iterations twice", f"{first.iterations} and {second.iterations}")
@@ -424,7 +423,9 @@ def _own_defaults(kit: _Kit) -> None:
     problem = kit.known.problem
     answer = kit.answer(problem, kit.task(problem, own_defaults=True))
     if answer.gap is None:
-        raise _Unmet("a gap with the library's own defaults", f"none, stop {answer.stop.value!r} ({answer.termination})")
+        raise _Unmet(
+            "a gap with the library's own defaults", f"none, stop {answer.stop.value!r} ({answer.termination})"
+        )
 
 
 _CHECKS: tuple[_Check, ...] = (
