@@ -4,6 +4,7 @@ import subprocess
 import sys
 import textwrap
 import threading
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -198,16 +199,26 @@ def test_definite_matrices_are_needed_by_those_that_factor_them():
         assert (Need.DEFINITE in backend.does_without) is not SOLVERS[name.split(":")[1]].definite
 
 
-def test_a_session_states_the_program_once(monkeypatch):
-    from contactqp.backends import cvxpy
-
-    stated = []
-    made = cvxpy._Stated
-    monkeypatch.setattr(cvxpy, "_Stated", lambda *args: stated.append(1) or made(*args))
-    solver = cq.Solver(BOWL, "cvxpy:clarabel")
+@pytest.mark.parametrize("name", ["cvxpy:clarabel", "qpsolvers:piqp"])
+def test_a_session_takes_other_loads(name):
+    solver = cq.Solver(BOWL, name)
     for load in (4.0, 8.0, 6.0):
         assert solver.solve(load=load).status == "certified"
-    assert stated == [1]
+
+
+def test_cvxpy_needs_no_memory_that_grows_as_the_square():
+    tracemalloc.start()
+    try:
+        cq.solve(cq.gallery.bowl(40), "cvxpy:scs", tol="low", on_failure="ignore")
+        assert tracemalloc.get_traced_memory()[1] < 1600**2 * 8
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_problem_without_bounds_is_solved_by_those_that_want_a_row_too():
+    problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0], lower=-np.inf)
+    for name in INSTALLED:
+        assert cq.solve(problem, name, tol=1e-4).gap == pytest.approx([-1 / 3, -5 / 3], abs=1e-3)
 
 
 def test_bounds_that_almost_meet_are_equations():

@@ -310,6 +310,12 @@ def test_a_check_that_hangs_ends_and_the_others_are_made():
 def test_bad_arguments_are_refused():
     with pytest.raises(cq.UnknownBackendError):
         check_backend("no-such-backend")
+
+    class Missing(Sound):
+        package: ClassVar[str] = "a-package-that-is-not-installed"
+
+    with pytest.raises(cq.MissingBackendError, match="pip install a-package"):
+        check_backend(Missing())
     with pytest.raises(ValueError, match="tol must lie strictly between 0 and 1"):
         check_backend("psor", tol=2.0)
     with pytest.raises(ValueError, match="seconds must be > 0"):

@@ -81,9 +81,8 @@ class _Prepared(StateInRows):
     def plan(self, task: Task) -> Plan:
         """See `LibraryState.plan`."""
         if not task.own_defaults:
-            return Plan(
-                self.eps or (1e-15 if self.problem.size > _MANY else 1e-14) * max(task.tol / 1e-6, 1.0) ** 2, 200
-            )
+            least = 1e-15 if self.problem.size > _MANY else 1e-14
+            return Plan(self.eps or least * max(task.tol / 1e-6, 1.0) ** 2, 200)
         eps, most = self.eps or self.library.DefaultSettings().tol_gap_abs, task.max_iter or 200
         return Plan(eps, most, f"Clarabel as shipped: tolerance {eps:g} of the duality gap, at most {most} iterations")
 
@@ -94,8 +93,7 @@ class _Prepared(StateInRows):
     def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:
         """See `LibraryState.set_up`."""
         sizes = (self.library.ZeroConeT, ask.form.equations), (self.library.NonnegativeConeT, ask.form.inequalities)
-        cones = [cone(size) for cone, size in sizes if size]
-        matrix = upper_triangle(self.problem) * ask.weight
+        matrix, cones = upper_triangle(self.problem) * ask.weight, [cone(size) for cone, size in sizes if size]
         return self.library.DefaultSolver(matrix, vectors["q"], ask.form.matrix, vectors["b"], cones, self._told(ask))
 
     def change(self, workspace: Workspace, changed: Vectors) -> bool:

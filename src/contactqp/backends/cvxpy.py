@@ -33,7 +33,7 @@ class Cvxpy(Member):
     def prepare(
         self, problem: ContactProblem, task: Task, *, eps: Positive | None = None, settings: Settings | None = None
     ) -> _Prepared:
-        """State the program once, with forces and limits as parameters.
+        """State the program in CVXPY's words.
 
         Parameters
         ----------
@@ -48,45 +48,38 @@ class Cvxpy(Member):
 
 
 class _Prepared(MemberState):
-    """The stated program, whose parameters change from load to load."""
+    """The stated program; it is stated anew at each load.
+
+    With forces and limits as parameters CVXPY would keep an array of 2 n² numbers.
+    """
 
     imports: ClassVar[str] = "cvxpy"
 
     def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:
-        """See `LibraryState.set_up`."""
-        return _Stated(self.library, ask, vectors)
+        """See `LibraryState.set_up`; returned are the variable, the equations, and the problem."""
+        form, cp, limits = ask.form, self.library, vectors["b"]
+        gap, rows, equations = cp.Variable(self.problem.size), form.matrix, form.equations
+        energy = 0.5 * cp.quad_form(gap, cp.psd_wrap(self.problem.G.tocsc())) + vectors["q"] @ gap
+        equal = [rows[:equations] @ gap == limits[:equations]] if equations else []
+        below = [rows[equations:] @ gap <= limits[equations:]] if form.inequalities else []
+        # Some solvers take no program without a row.
+        return gap, equal, cp.Problem(cp.Minimize(energy), [*equal, *below] or [0.0 * cp.sum(gap) <= 1.0])
+
+    def change(self, workspace: Workspace, changed: Vectors) -> bool:
+        """See `LibraryState.change`."""
+        return False
 
     def ask(self, workspace: Workspace, ask: Ask, settings: dict[str, Any]) -> Reply:
         """See `MemberState.ask`."""
-        stated = workspace.problem
+        variable, equal, stated = workspace
         try:
             stated.solve(solver=self.member.solver.upper(), warm_start=False, **settings)
         except (self.library.error.SolverError, ArithmeticError) as error:
             return self.reply(ask, None, " ".join(str(error).split()), None, solved=False)
-        value, told = workspace.gap.value, stated.solver_stats
-        gap = None if value is None else np.array(value, dtype=np.float64)
-        if gap is not None and workspace.equal:
-            multiplier = workspace.equal[0].dual_value
+        told, gap = stated.solver_stats, variable.value
+        gap = None if gap is None else np.array(gap, dtype=np.float64)
+        if gap is not None and equal:
+            multiplier = equal[0].dual_value
             gap = ask.form.gap(ask.problem, gap, np.zeros(gap.size) if multiplier is None else multiplier)
         done = None if told is None or told.num_iters is None else int(told.num_iters)
         return self.reply(ask, gap, str(stated.status), done, solved=stated.status == self.library.OPTIMAL)
-
-
-class _Stated:
-    """A program in CVXPY's words: its variable, its parameters by name, and its equations."""
-
-    def __init__(self, library: Any, ask: Ask, vectors: Vectors) -> None:
-        form, cp = ask.form, library
-        self.gap = cp.Variable(ask.problem.size)
-        self._parameters = {name: cp.Parameter(vector.size, value=vector) for name, vector in vectors.items()}
-        forces, limits = self._parameters["q"], self._parameters["b"]
-        energy = 0.5 * cp.quad_form(self.gap, cp.psd_wrap(ask.problem.G.tocsc())) + forces @ self.gap
-        rows, equations = form.matrix, form.equations
-        self.equal = [rows[:equations] @ self.gap == limits[:equations]] if equations else []
-        below = [rows[equations:] @ self.gap <= limits[equations:]] if form.inequalities else []
-        self.problem = cp.Problem(cp.Minimize(energy), [*self.equal, *below])
-
-    def update(self, **changed: Any) -> None:
-        """Change parameters."""
-        for name, vector in changed.items():
-            self._parameters[name].value = vector

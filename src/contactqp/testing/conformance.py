@@ -37,6 +37,9 @@ _TIME_LIMIT = 0.2
 _PATIENCE = 5.0
 """Seconds after which it must be back; a limit is meant to be kept to within one."""
 
+_LONGEST = 300
+"""Characters of an error's words that are told."""
+
 _UNKNOWN_OPTION = "no_such_option"
 
 
@@ -65,7 +68,7 @@ def check_backend(backend: str | Backend, *, tol: float | None = None, seconds: 
     Raises
     ------
     UnknownBackendError, MissingBackendError
-        If there is no backend of that name, or it cannot be loaded.
+        If there is no backend of that name, or it or its library cannot be loaded.
     TypeError, ValueError
         If an argument has the wrong kind or range.
 
@@ -84,6 +87,8 @@ def check_backend(backend: str | Backend, *, tol: float | None = None, seconds: 
     reachable = getattr(method, "reachable_tol", None)
     tol = max(1e-6, reachable or 0.0) if tol is None else open_interval(tol, 0.0, 1.0, "tol")
     seconds = positive_number(seconds, "seconds")
+    if isinstance(getattr(method, "package", None), str):  # else its declared facts fail
+        method.require()
     kit = _Kit(method, tol)
     name = getattr(method, "name", type(method).__name__)
     return ConformanceReport(str(name), tuple(_made(check, kit, seconds) for check in _CHECKS))
@@ -179,8 +184,14 @@ def _made(check: _Check, kit: _Kit, seconds: float) -> CheckResult:
     except OutOfTime:
         return CheckResult(label, "fail", f"an end within {seconds:g} s", "it was still at work, and is left behind")
     except (Exception, SystemExit) as error:  # what the backend throws is a finding about it
-        return CheckResult(label, "fail", "no exception", f"{type(error).__name__}: {error}")
+        return CheckResult(label, "fail", "no exception", f"{type(error).__name__}: {_shortened(error)}")
     return CheckResult(label, "pass")
+
+
+def _shortened(error: BaseException) -> str:
+    """Return an error's words, some of which hold whole arrays."""
+    words = " ".join(str(error).split())
+    return words if len(words) <= _LONGEST else f"{words[:_LONGEST]} ..."
 
 
 def _declared_facts(kit: _Kit) -> None:
@@ -308,10 +319,10 @@ def _refused(what: str, name: str, call: Callable[[], object]) -> None:
         call()
     except (TypeError, ValueError) as error:
         if name not in str(error):
-            raise _Unmet(wanted, f"{type(error).__name__}: {error}") from None
+            raise _Unmet(wanted, f"{type(error).__name__}: {_shortened(error)}") from None
         return
     except Exception as error:
-        raise _Unmet(wanted, f"{type(error).__name__}: {error}") from None
+        raise _Unmet(wanted, f"{type(error).__name__}: {_shortened(error)}") from None
     raise _Unmet(wanted, "it was taken")
 
 
