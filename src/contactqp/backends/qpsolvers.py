@@ -13,6 +13,7 @@ from ..problem.contact_problem import ContactProblem
 from .base import Task
 from .families import Member, MemberState, Settings
 from .library import Ask, Reply, Vectors, Workspace
+from .matrices import upper_triangle
 from .option_checks import Positive
 
 
@@ -55,7 +56,8 @@ class _Prepared(MemberState):
     def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:
         """See `LibraryState.set_up`."""
         form = ask.form
-        parts = self.problem.G.tocsc(), form.matrix[: form.equations], form.matrix[form.equations :]
+        stiffness = upper_triangle(self.problem).T if self.facts.triangle else self.problem.G
+        parts = stiffness.tocsc(), form.matrix[: form.equations], form.matrix[form.equations :]
         if self.facts.dense:
             return [part.toarray() for part in parts]
         sparse = type(form.matrix)  # a matrix, which is all that some of the solvers take

@@ -62,6 +62,9 @@ class Facts:
         Other settings that differ from those it is shipped with.
     dense : bool
         Whether it takes matrices with all their zeros.
+    triangle : bool
+        Whether it is given the lower triangle of the matrix: not all releases of qpsolvers leave out what stands above
+        it, and HiGHS does not read that as it is meant.
     box : bool
         Whether it takes bounds as they are; else as rows.
     definite : bool
@@ -85,6 +88,7 @@ class Facts:
     seconds: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
     dense: bool = False
+    triangle: bool = False
     box: bool = True
     definite: bool = False
     warm: bool = False
@@ -127,6 +131,8 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-10,
         seconds="time_limit",
         settings={"qp_regularization_value": 0.0},
+        triangle=True,
+        box=False,  # before 1.16 it is wrong where there are no rows and no bound is active
         definite=True,
         greets="highspy:Highs",
         through={"qpsolvers": Through(1000, 1e-13, counted=False), "cvxpy": Through(1000, 1e-13, counted=False)},
