@@ -48,6 +48,7 @@ from .paths.touchdown import Touchdown
 from .paths.trace import trace
 from .problem.contact_lcp import ContactLCP
 from .problem.contact_qp import ContactQP
+from .problem.read import read
 from .proof.certificate import Certificate
 from .proof.certify import certify
 from .proof.energy import complementary_energy, energy_bracket, feasible, potential_energy
@@ -92,6 +93,7 @@ __all__ = [
     "gallery",
     "potential_energy",
     "profiles",
+    "read",
     "solve",
     "solve_many",
     "trace",

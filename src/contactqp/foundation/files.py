@@ -56,8 +56,11 @@ def require_writable(path: Path, known: Sequence[str], what: str) -> None:
 
 @contextmanager
 def replaced_as_a_whole(path: Path) -> Iterator[Path]:
-    """Give a file beside ``path`` to write to, which takes its place when that is done, and vanishes on an error."""
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
+    """Give a file beside ``path`` to write to, which takes its place when that is done, and vanishes on an error.
+
+    Its suffix is that of ``path``: libraries choose a format by it.
+    """
+    unfinished = path.with_name(f".{path.stem}.{os.getpid()}.{threading.get_ident()}.part{path.suffix}")
     try:
         yield unfinished
         unfinished.replace(path)
