@@ -314,8 +314,8 @@ class ContactProblem(Posed):
         ----------
         path : str or Path
             ``.mps`` (free MPS with QUADOBJ) or ``.lp``, whose columns are c0, c1, ... in order; ``.npz``, arrays
-            ``data``, ``indices`` and ``indptr`` of the rows of G, ``q``, ``lower``, ``upper``; ``.mtx``, G in Matrix Market's
-            format, and vectors in ``x_q.mtx``, ``x_lower.mtx`` and so on beside ``x.mtx``.
+            ``data``, ``indices`` and ``indptr`` of the rows of G, ``q``, ``lower``, ``upper``; ``.mtx``, G in Matrix
+            Market's format, and vectors in ``x_q.mtx``, ``x_lower.mtx`` and so on beside ``x.mtx``.
 
         Returns
         -------

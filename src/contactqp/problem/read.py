@@ -15,7 +15,6 @@ from .contact_lcp import ContactLCP
 from .contact_qp import ContactQP
 from .program_files import beside
 
-
 _LEAST_ENTRY = 1e-12
 """HiGHS leaves out entries of less, and takes no smaller limit."""
 
@@ -27,10 +26,10 @@ def read(path: str | Path, *, kernel: ArrayLike | Literal["constant"] | None = N
     ----------
     path : str or Path
         ``.mps`` (with QUADOBJ) or ``.lp``, read by HiGHS: a quadratic program whose only constraints are bounds of its
-        columns, without what is smaller than 1e-12; ``.npz``: what `ContactProblem.write` wrote, or arrays ``data``, ``indices``, ``indptr`` of the rows
-        of G, or ``G``, with ``q`` and, if they are not 0 and inf, ``lower`` and ``upper``; ``.mtx``: G in Matrix
-        Market's format, with ``x_q.mtx`` and, where there are such files, ``x_lower.mtx``, ``x_upper.mtx`` and
-        ``x_kernel.mtx`` beside ``x.mtx``.
+        columns; HiGHS leaves out entries of less than 1e-12. ``.npz``: what `ContactProblem.write` wrote, or arrays
+        ``data``, ``indices``, ``indptr`` of the rows of G, or ``G``, with ``q`` and, if they are not 0 and inf,
+        ``lower`` and ``upper``. ``.mtx``: G in Matrix Market's format, with ``x_q.mtx`` and, where there are such
+        files, ``x_lower.mtx``, ``x_upper.mtx`` and ``x_kernel.mtx`` beside ``x.mtx``.
     kernel : "constant" or array, optional
         As for `ContactQP`, where the file has none.
 
