@@ -54,6 +54,7 @@ from .proof.certify import certify
 from .proof.energy import complementary_energy, energy_bracket, feasible, potential_energy
 from .proof.residuals import Residuals
 from .proof.status import Status
+from .solving.loaded import load_solution
 from .solving.many import solve_many
 from .solving.solution import Solution
 from .solving.solve import solve
@@ -91,6 +92,7 @@ __all__ = [
     "events",
     "feasible",
     "gallery",
+    "load_solution",
     "potential_energy",
     "profiles",
     "read",

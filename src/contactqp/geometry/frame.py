@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from ..foundation.checks import Mask, finite_number, positive_number
 from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted, drawn
-from .lattice import Lattice, refuse_indistinct, spacing_of_nodes
+from .lattice import Lattice, checked_crs, refuse_indistinct, spacing_of_nodes
 from .on_contour import FrameFit
 from .sides import Sides, is_whole
 
@@ -36,6 +37,13 @@ class Frame:
     Make one with `rectangle`, `hexagon`, `disk`, `polygon` or `from_shapely`; join, cut and intersect
     frames with ``|``, ``-`` and ``&``. All lengths are in the unit of the lattice spacing.
 
+    Attributes
+    ----------
+    geometry : shapely geometry
+        The contour.
+    crs : str
+        Coordinate reference system of the coordinates, see `in_crs`; ``""`` if none is known.
+
     Examples
     --------
     >>> import contactqp as cq
@@ -50,6 +58,7 @@ class Frame:
         self.geometry = geometry
         self._inside = inside
         self._name = name
+        self.crs = ""
 
     @classmethod
     def rectangle(cls, width: float, height: float, center: Point = (0.0, 0.0)) -> Frame:
@@ -179,6 +188,32 @@ class Frame:
 
         return cls(geometry, _polygon_predicate(geometry), f"from_shapely({kind})")
 
+    def in_crs(self, crs: str | int) -> Frame:
+        """Return the frame with its coordinates said to be those of a coordinate reference system.
+
+        Nothing is transformed; the lattices and models that are made from the frame know it, and so do their files.
+
+        Parameters
+        ----------
+        crs : str or int
+            As ``"EPSG:25832"``, as WKT, or an EPSG code; its axes must be metres, or another length, and not degrees.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> field = cq.Frame.rectangle(200, 100, center=(450_100, 5_500_050)).in_crs(25832)
+        >>> field.lattice(10.0).crs
+        'EPSG:25832'
+        """
+        frame = copy(self)
+        frame.crs = checked_crs(crs)
+        return frame
+
+    def _crs_with(self, other: Frame) -> str:
+        if self.crs and other.crs and self.crs != other.crs:
+            raise ValueError(f"{self!r} is in {self.crs}, and {other!r} in {other.crs}; bring both into one system")
+        return self.crs or other.crs
+
     @property
     def area(self) -> float:
         """Enclosed area (length squared)."""
@@ -246,7 +281,7 @@ class Frame:
                 f"{inside} of spacing {spacing:g} lies inside {self!r}; "
                 f"choose a spacing well below {min(right - left, top - bottom):g}"
             )
-        return laid.lattice()
+        return laid.lattice(self.crs)
 
     def _corner_that_fits(self, spacing: float) -> Point:
         """Return an origin by which the frame's box lies on the lattice, in each direction where there is one."""
@@ -307,7 +342,7 @@ class Frame:
             # The joined polygon adds the points of edges that both share, which are inside neither.
             return np.asarray(self._inside(x, y, margin) | other._inside(x, y, margin) | in_joined(x, y, margin))
 
-        return Frame(joined, inside, f"{self._name} | {other._name}")
+        return Frame(joined, inside, f"{self._name} | {other._name}").in_crs(self._crs_with(other))
 
     def __and__(self, other: Frame) -> Frame:
         def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
@@ -315,7 +350,7 @@ class Frame:
 
         geometry = self.geometry.intersection(other.geometry)
         _refuse_empty(geometry, f"{self!r} & {other!r}")
-        return Frame(geometry, inside, f"{self._name} & {other._name}")
+        return Frame(geometry, inside, f"{self._name} & {other._name}").in_crs(self._crs_with(other))
 
     def __sub__(self, other: Frame) -> Frame:
         def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
@@ -323,7 +358,7 @@ class Frame:
 
         geometry = self.geometry.difference(other.geometry)
         _refuse_empty(geometry, f"{self!r} - {other!r}")
-        return Frame(geometry, inside, f"{self._name} - {other._name}")
+        return Frame(geometry, inside, f"{self._name} - {other._name}").in_crs(self._crs_with(other))
 
     def __repr__(self) -> str:
         return f"Frame.{self._name}"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..errors import ContactWarning
 from ..foundation.cards import card
 from ..foundation.checks import Mask, Vector, read_only, repeated, times, vector
+from ..foundation.loading import load_modules
 from ..foundation.outside import stacklevel_outside
 from ..foundation.pictures import UnitNames, Wanted, drawn, drawn_in_space
 from ..foundation.text import counted, span_of
@@ -263,6 +264,35 @@ class ContactModel(ABC):
     def parameters(self) -> dict[str, float]:
         """Numbers that hold for the whole model, by name, as a dataset states them."""
         return {}
+
+    @property
+    def crs(self) -> str:
+        """Coordinate reference system of x and y, as ``"EPSG:25832"``; ``""`` if none is known."""
+        return "" if self._laid_on is None else self._laid_on.crs
+
+    def contact_patches(self, contact: Mask) -> tuple[NDArray[np.int64], int]:
+        """Return to which patch of nodes in contact, joined by arms, each node belongs, and how many there are.
+
+        Parameters
+        ----------
+        contact : array of bool, shape (n,)
+
+        Returns
+        -------
+        patch : array of int, shape (n,)
+            From 1 on, in the order of their first nodes; 0 where there is no contact.
+        count : int
+        """
+        load_modules("scipy.sparse.csgraph")
+        from scipy.sparse import csgraph
+
+        nodes, patch = np.flatnonzero(contact), np.zeros(self.size, dtype=np.int64)
+        if not nodes.size:
+            return patch, 0
+        count, labels = csgraph.connected_components(self.problem.G[nodes][:, nodes], directed=False)
+        _, first, found = np.unique(labels, return_index=True, return_inverse=True)
+        patch[nodes] = np.argsort(np.argsort(first))[found] + 1
+        return patch, int(count)
 
     @property
     def coordinates(self) -> dict[str, Coordinate]:

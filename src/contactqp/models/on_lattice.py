@@ -11,7 +11,7 @@ from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, boolean, read_only
 from ..foundation.text import counted
 from ..geometry.fields import Rows, checked_rows, frame_heights, in_rows, sample
-from ..geometry.lattice import Lattice
+from ..geometry.lattice import Lattice, patches_on_grid
 from ..geometry.numbering import Grid
 from .base import ContactModel, Coordinate
 from .reach import reach_on_lattice
@@ -106,6 +106,11 @@ class LatticeModel(ContactModel):
         """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
         return self.lattice.free_boundary(contact)
 
+    def contact_patches(self, contact: Mask) -> tuple[NDArray[np.int64], int]:
+        """See `ContactModel.contact_patches`; nodes side by side in a row or a column are joined."""
+        labels, count = patches_on_grid(self.lattice.scatter(contact, fill=False))
+        return self.lattice.gather(labels), count
+
     def assemble_stiffness(self) -> Stencil:
         """Return the stencil."""
         return self.stencil
@@ -113,6 +118,11 @@ class LatticeModel(ContactModel):
     def pull(self, depths: Vector) -> Vector:
         """Return the force with which the arms pull each node upwards; see `ContactModel.pull`."""
         return self.stencil.pull(self._padded(depths))
+
+    @property
+    def frame_heights(self) -> Grid | None:
+        """Heights of the frame on the lattice's array with a ring about it, positive as the model's; None for zero."""
+        return np.negative(self._heights) if self.upwards and self._heights is not None else self._heights
 
     def _frame_relief(self) -> float:
         if self._heights is None:
