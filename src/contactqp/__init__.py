@@ -39,6 +39,7 @@ from .errors import (
 )
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
+from .io.read_fields import read_field, read_mask
 from .models.cable import Cable
 from .models.cable_net import CableNet
 from .models.membrane import Membrane
@@ -96,6 +97,8 @@ __all__ = [
     "potential_energy",
     "profiles",
     "read",
+    "read_field",
+    "read_mask",
     "solve",
     "solve_many",
     "trace",

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..foundation.checks import Mask, finite_number, positive_number
 from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted, drawn
+from .contours import crs_in, polygons_in, polygons_of, read_geojson
 from .lattice import Lattice, checked_crs, refuse_indistinct, spacing_of_nodes
 from .on_contour import FrameFit
 from .sides import Sides, is_whole
@@ -34,8 +36,8 @@ _RELATIVE_TOLERANCE = 1e-9
 class Frame:
     """A plane contour, possibly with holes and several parts.
 
-    Make one with `rectangle`, `hexagon`, `disk`, `polygon` or `from_shapely`; join, cut and intersect
-    frames with ``|``, ``-`` and ``&``. All lengths are in the unit of the lattice spacing.
+    Make one with `rectangle`, `hexagon`, `disk`, `polygon`, `from_shapely`, `from_wkt` or `from_geojson`; join, cut and
+    intersect frames with ``|``, ``-`` and ``&``. All lengths are in the unit of the lattice spacing.
 
     Attributes
     ----------
@@ -165,8 +167,13 @@ class Frame:
         return frame
 
     @classmethod
-    def from_shapely(cls, geometry: BaseGeometry) -> Frame:
-        """Wrap a shapely Polygon or MultiPolygon.
+    def from_shapely(cls, geometry: BaseGeometry | Any) -> Frame:
+        """Wrap a shapely Polygon or MultiPolygon, a closed ring, a collection of these, or what tells such a geometry.
+
+        Parameters
+        ----------
+        geometry : shapely geometry, or object with ``__geo_interface__``
+            Polygons of a collection are joined.
 
         Raises
         ------
@@ -178,6 +185,7 @@ class Frame:
         load_modules("shapely")
         import shapely
 
+        geometry = polygons_of(geometry)
         kind = getattr(geometry, "geom_type", type(geometry).__name__)
         if kind not in ("Polygon", "MultiPolygon"):
             raise TypeError(f"geometry must be a shapely Polygon or MultiPolygon, got {kind}")
@@ -213,6 +221,69 @@ class Frame:
         if self.crs and other.crs and self.crs != other.crs:
             raise ValueError(f"{self!r} is in {self.crs}, and {other!r} in {other.crs}; bring both into one system")
         return self.crs or other.crs
+
+    @classmethod
+    def from_wkt(cls, text: str) -> Frame:
+        """Return the polygon, with holes and in several parts if need be, that well-known text describes.
+
+        Parameters
+        ----------
+        text : str
+            ``"POLYGON ((...))"``, ``"MULTIPOLYGON (...)"``; ``"SRID=25832;POLYGON ..."`` tells the coordinate reference
+            system as well.
+
+        Raises
+        ------
+        ValueError
+            If it is no such text, or no valid polygon.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> frame = cq.Frame.from_wkt("SRID=25832; POLYGON ((0 0, 4 0, 4 3, 0 3, 0 0), (1 1, 2 1, 2 2, 1 2, 1 1))")
+        >>> frame.area, frame.crs
+        (11.0, 'EPSG:25832')
+        """
+        load_modules("shapely")
+        import shapely
+
+        head, _, rest = text.partition(";")
+        told = head.strip().upper().startswith("SRID=") and rest
+        try:
+            geometry = shapely.from_wkt((rest if told else text).strip())
+        except shapely.errors.ShapelyError as error:
+            raise ValueError(f"the contour is no well-known text: {error}") from None
+        return cls.from_shapely(geometry).in_crs(f"EPSG:{head.partition('=')[2].strip()}" if told else "")
+
+    @classmethod
+    def from_geojson(cls, source: str | Path | Mapping[str, Any]) -> Frame:
+        """Return the polygons of a GeoJSON geometry, feature or collection of features, joined.
+
+        Parameters
+        ----------
+        source : path, str or mapping
+            A file (``.geojson`` or ``.json``), the text itself, or what `json.loads` makes of it. Coordinates are taken
+            as they are, as lengths; a member ``crs``, which the older specification has, tells their system.
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is no such file.
+        TypeError, ValueError
+            If it is no GeoJSON of polygons; the message tells the file.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> square = {"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]]}
+        >>> cq.Frame.from_geojson({"type": "Feature", "geometry": square, "properties": {}}).area
+        4.0
+        """
+        name, data = read_geojson(source)
+        try:
+            return cls.from_shapely(polygons_in(data)).in_crs(crs_in(data))
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"{name}{error}") from None
 
     @property
     def area(self) -> float:

@@ -12,6 +12,7 @@ from ..foundation.checks import Mask, Vector, finite_number, one_of, positive_nu
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted, drawn
 from ..foundation.text import counted
+from .labelled import grid_of, is_dataarray, is_labelled, with_places
 from .numbering import Numbering
 
 if TYPE_CHECKING:
@@ -111,7 +112,20 @@ class Lattice:
         rows: str = "up",
         crs: str = "",
     ) -> Lattice:
-        """Make a lattice from a boolean array: True = node, all else is frame (see the class)."""
+        """Make a lattice from a boolean array: True = node, all else is frame (see the class).
+
+        An xarray.DataArray, or a pandas.DataFrame with numbers for labels, tells by its coordinates where its points
+        lie; ``rows`` and ``origin`` are then left aside.
+
+        Raises
+        ------
+        ValueError
+            If coordinates are not equally spaced by ``spacing``, or see the class.
+        """
+        mask = with_places(mask, "mask") if is_labelled(mask) else mask
+        if is_dataarray(mask):
+            mask, places = grid_of(mask, spacing, "mask")
+            rows, origin = ("up", places) if places is not None else (rows, origin)
         return cls(mask, spacing, origin, rows=rows, crs=crs)
 
     @property

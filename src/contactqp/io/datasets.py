@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..foundation.loading import load_modules, loaded
+from ..foundation.units import unit_of
 from ..models.records import NodeState
 from .fields import Field, fields_of
 from .model_records import record_of
@@ -86,7 +87,20 @@ def dataset_of(model: ContactModel, fields: Mapping[str, Field]) -> xr.Dataset:
     import xarray as xr
 
     variables = {
-        name: (*model.laid_out(field.values), {"units": field.unit, "long_name": field.meaning})
+        name: (*model.laid_out(field.values), {"units": _told(field.unit, model), "long_name": field.meaning})
         for name, field in fields.items()
     }
-    return xr.Dataset(variables, dict(model.coordinates))
+    coordinates = {
+        name: (place.dimension, place.values, _with_unit(place.attributes, model))
+        for name, place in model.coordinates.items()
+    }
+    return xr.Dataset(variables, coordinates)
+
+
+def _told(unit: str, model: ContactModel) -> str:
+    """Return a unit in symbols, and in words where the model has not been told it."""
+    return unit_of(unit, model.unit_names) or unit
+
+
+def _with_unit(attributes: Mapping[str, str], model: ContactModel) -> dict[str, str]:
+    return {name: _told(value, model) if name == "units" else value for name, value in attributes.items()}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..foundation.loading import needed
+from ..foundation.units import unit_of
 from ..models.membrane import Membrane
 from .fields import fields_of
 from .provenance import provenance_of
@@ -53,6 +54,6 @@ def write_geotiff(solution: Answered, model: ContactModel, path: Path) -> None:
             values = np.asarray(field.values, dtype=np.float64)
             file.write(lattice.scatter(values)[::-1], band)
             file.set_band_description(band, name)
-            file.set_band_unit(band, field.unit)
+            file.set_band_unit(band, unit_of(field.unit, model.unit_names) or field.unit)
             file.update_tags(band, meaning=field.meaning)
         file.update_tags(**{f"contactqp_{name}": str(value) for name, value in provenance_of(solution, model).items()})

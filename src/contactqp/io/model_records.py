@@ -43,6 +43,15 @@ def record_of(model: ContactModel) -> Record:
     return Record({}, {})
 
 
+def _units(model: ContactModel) -> dict[str, str]:
+    return {f"unit_of_{name}": unit for name, unit in model.unit_names.items()}
+
+
+def _units_in(data: xr.Dataset) -> dict[str, str]:
+    names = ("length", "force")
+    return {name: str(data.attrs[f"unit_of_{name}"]) for name in names if f"unit_of_{name}" in data.attrs}
+
+
 def _on_lattice(model: LatticeModel, kind: str) -> Record:
     lattice = model.lattice
     attributes = {
@@ -51,6 +60,7 @@ def _on_lattice(model: LatticeModel, kind: str) -> Record:
         "origin": np.array(lattice.origin),
         "overshoot": lattice.overshoot,
         "caution_of_lattice": lattice.caution,
+        **_units(model),
     }
     if model.frame_heights is None:
         return Record(attributes, {})
@@ -92,7 +102,7 @@ def _net(model: CableNet) -> Record:
         "fixed_point": (("fixed",), np.asarray(model.fixed), "numbers of the fixed points"),
         "fixed_height": (("fixed",), model.fixed_height, "heights of the fixed points"),
     }
-    return Record({KIND: "net", "upwards": int(model.upwards)}, variables)
+    return Record({KIND: "net", "upwards": int(model.upwards), **_units(model)}, variables)
 
 
 def model_in(data: xr.Dataset) -> ContactModel:
@@ -139,6 +149,7 @@ def _made_membrane(data: xr.Dataset) -> Membrane:
         frame_height=_heights(data),
         upwards=bool(told["upwards"]),
         rows=told["rows"],
+        units=_units_in(data),
     )
 
 
@@ -153,6 +164,7 @@ def _made_cable(data: xr.Dataset) -> Cable:
         frame_height=_heights(data),
         start=float(told["start"]),
         upwards=bool(told["upwards"]),
+        units=_units_in(data),
     )
 
 
@@ -164,6 +176,7 @@ def _made_net(data: xr.Dataset) -> CableNet:
         "fixed": data["fixed_point"].to_numpy(),
         "fixed_height": data["fixed_height"].to_numpy(),
         "upwards": bool(data.attrs["upwards"]),
+        "units": _units_in(data),
     }
     segments, tension, density = (data[name].to_numpy() for name in ("segment_points", "tension", "force_density"))
     net = CableNet(positions, segments, tension=tension, **shape)
