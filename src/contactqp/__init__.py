@@ -104,7 +104,8 @@ __all__ = [
     "trace",
 ]
 
-_PUBLIC = sorted([*__all__, "testing", "__version__", "__doc__", "__all__", "__file__", "__name__", "__path__"])
+_MODULES = ("testing", "xarray")
+_PUBLIC = sorted([*__all__, *_MODULES, "__version__", "__doc__", "__all__", "__file__", "__name__", "__path__"])
 
 
 def __dir__() -> list[str]:
@@ -113,7 +114,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> ModuleType:
-    """Import `contactqp.testing` where it is first asked for."""
-    if name == "testing":
-        return import_module(".testing", __name__)
+    """Import `contactqp.testing` and `contactqp.xarray` where they are first asked for."""
+    if name in _MODULES:
+        return import_module(f".{name}", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

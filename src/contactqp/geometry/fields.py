@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Mask, Vector, finite_number, one_of, real_array
 from ..foundation.loading import load_modules
-from .labelled import Places, is_dataarray, is_labelled, with_places
+from .labelled import APART, Places, is_dataarray, is_labelled, with_places
 from .lattice import Lattice
 
 FieldLike: TypeAlias = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
@@ -178,7 +178,7 @@ def sample(
 
     def entries(given: Any) -> NDArray[np.float64]:
         if isinstance(given, Places):
-            return lattice.gather(given.on_lattice(lattice, name))
+            return lattice.gather(_places_on_lattice(given, lattice, name))
         if is_dataarray(given) and given.ndim and given.dims != ("node",):
             return lattice.gather(on_lattice(lattice, given, name, rows))
         # What is masked outside the nodes does no harm.
@@ -264,7 +264,7 @@ def _at_points(field: Any, points: Vector, name: str) -> NDArray[np.float64]:
     places = dict(zip("xy", points.T, strict=True))
     for dim, wanted in places.items():
         _require_reach(field, dim, float(wanted.min()), float(wanted.max()), name)
-    room = _APART * max(float(np.ptp(points, axis=0).max()), np.finfo(float).tiny)
+    room = APART * max(float(np.ptp(points, axis=0).max()), np.finfo(float).tiny)
     try:
         at = {dim: xr.DataArray(wanted, dims="point") for dim, wanted in places.items()}
         return real_array(field.sortby(["x", "y"]).sel(at, method="nearest", tolerance=room).values, name)
@@ -273,9 +273,6 @@ def _at_points(field: Any, points: Vector, name: str) -> NDArray[np.float64]:
             f"{name} has no value at some of the nodes, which lie between its places; {_BETWEEN}"
         ) from None
 
-
-_APART = 1e-6
-"""Places nearer than this part of the spacing are the same."""
 
 _BETWEEN = "interpolate it: profiles.Gridded.of(array) does so linearly"
 
@@ -289,6 +286,38 @@ def _require_reach(field: Any, dim: str, first: float, last: float, name: str, r
             f"{name} does not cover the lattice: its {dim} goes from {low:g} to {high:g}, and {first:g} to {last:g} "
             "is needed"
         )
+
+
+def _places_on_lattice(given: Places, lattice: Lattice, name: str) -> NDArray[np.float64]:
+    """Return the values on the lattice's array, nan where none is given; points outside it are left out.
+
+    Raises
+    ------
+    ValueError
+        If points lie between those of the lattice, or two at one place, or a node has none.
+    """
+    places = [(given.x - lattice.origin[0]) / lattice.spacing, (given.y - lattice.origin[1]) / lattice.spacing]
+    column, row = (np.rint(each).astype(np.int64) for each in places)
+    rows, columns = lattice.shape
+    inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    off = np.maximum(np.abs(places[0] - column), np.abs(places[1] - row)) > APART
+    grid = np.full(lattice.shape, np.nan)
+    on = inside & ~off
+    taken, counts = np.unique(row[on] * columns + column[on], return_counts=True)
+    if (counts > 1).any():
+        place = int(taken[counts.argmax()])
+        x, y = lattice.x[place % columns], lattice.y[place // columns]
+        raise ValueError(f"{name} has {counts.max()} values at x = {x:g}, y = {y:g}; leave one")
+    grid[row[on], column[on]] = given.values[on]
+    without = lattice.gather(np.isin(np.arange(lattice.mask.size), taken, invert=True).reshape(lattice.shape))
+    if without.any():
+        node = int(np.argmax(without))
+        between = "; its points lie between the nodes" if (inside & off).any() else ""
+        raise ValueError(
+            f"{name} has no value at {lattice.describe(node)} and {int(without.sum()) - 1} other nodes{between}; "
+            "interpolate it first"
+        )
+    return grid
 
 
 def _masked_grid(field: Any, lattice: Lattice) -> bool:
@@ -387,7 +416,7 @@ def on_lattice(lattice: Lattice, field: Any, name: str, rows: Rows = "up") -> ND
         if dim in field.coords:
             if np.unique(field[dim].values).size != field.sizes[dim]:
                 raise ValueError(f"{name} has repeated coordinates along {dim}")
-            room = _APART * lattice.spacing
+            room = APART * lattice.spacing
             try:
                 _require_reach(field, dim, float(points[0]), float(points[-1]), name, room)
                 field = field.sortby(dim).sel({dim: points}, method="nearest", tolerance=room)

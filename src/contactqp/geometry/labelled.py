@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +10,11 @@ from numpy.typing import NDArray
 from ..foundation.checks import Vector, real_array
 from ..foundation.loading import load_modules
 
-if TYPE_CHECKING:
-    from .lattice import Lattice
-
 _X = ("x", "X", "easting", "eastings")
 _Y = ("y", "Y", "northing", "northings")
 """Names of axes; degrees are no lengths, so that those of longitude and latitude are not among them."""
 
-_APART = 1e-6
+APART = 1e-6
 """Places nearer than this part of the spacing are the same."""
 
 
@@ -143,7 +140,7 @@ def grid_of(field: Any, spacing: float, name: str) -> tuple[NDArray[Any], tuple[
     for axis in ("x", "y"):
         places = np.asarray(field[axis], dtype=np.float64)
         expected = places[0] + spacing * np.arange(places.size)
-        if np.abs(places - expected).max() > _APART * abs(spacing):
+        if np.abs(places - expected).max() > APART * abs(spacing):
             raise ValueError(
                 f"{name} must lie on a lattice of spacing {spacing:g}, but its {axis} goes from {places[0]:g} to "
                 f"{places[-1]:g} in {places.size} places"
@@ -152,44 +149,14 @@ def grid_of(field: Any, spacing: float, name: str) -> tuple[NDArray[Any], tuple[
     return field.to_numpy(), (first[0], first[1])
 
 
-class Places:
+class Places(NamedTuple):
     """Values at points, one row of a table each.
 
-    Parameters
+    Attributes
     ----------
     x, y, values : array, shape (m,)
     """
 
-    def __init__(self, x: Vector, y: Vector, values: Vector) -> None:
-        self.x, self.y, self.values = x, y, values
-
-    def on_lattice(self, lattice: Lattice, name: str) -> NDArray[np.float64]:
-        """Return the values on the lattice's array, nan where none is given; points outside it are left out.
-
-        Raises
-        ------
-        ValueError
-            If points lie between those of the lattice, or two at one place, or a node has none.
-        """
-        places = [(self.x - lattice.origin[0]) / lattice.spacing, (self.y - lattice.origin[1]) / lattice.spacing]
-        column, row = (np.rint(each).astype(np.int64) for each in places)
-        rows, columns = lattice.shape
-        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-        off = np.maximum(np.abs(places[0] - column), np.abs(places[1] - row)) > _APART
-        grid = np.full(lattice.shape, np.nan)
-        on = inside & ~off
-        taken, counts = np.unique(row[on] * columns + column[on], return_counts=True)
-        if (counts > 1).any():
-            place = int(taken[counts.argmax()])
-            x, y = lattice.x[place % columns], lattice.y[place // columns]
-            raise ValueError(f"{name} has {counts.max()} values at x = {x:g}, y = {y:g}; leave one")
-        grid[row[on], column[on]] = self.values[on]
-        without = lattice.gather(np.isin(np.arange(lattice.mask.size), taken, invert=True).reshape(lattice.shape))
-        if without.any():
-            node = int(np.argmax(without))
-            between = "; its points lie between the nodes" if (inside & off).any() else ""
-            raise ValueError(
-                f"{name} has no value at {lattice.describe(node)} and {int(without.sum()) - 1} other nodes{between}; "
-                "interpolate it first"
-            )
-        return grid
+    x: Vector
+    y: Vector
+    values: Vector

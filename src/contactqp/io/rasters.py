@@ -132,7 +132,13 @@ def read_tiff(file: Path, band: str | None = None) -> Raster:
         rasterio = loaded("rasterio")
     except ImportError:
         raise refusal from None
-    return _by_rasterio(rasterio, file, band)
+    try:
+        return _by_rasterio(rasterio, file, band)
+    except rasterio.errors.RasterioError:
+        raise refusal from None
+
+
+_STORED = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
 
 
 def _by_rasterio(rasterio: Any, file: Path, band: str | None) -> Raster:
@@ -147,6 +153,11 @@ def _by_rasterio(rasterio: Any, file: Path, band: str | None) -> Raster:
             if band is not None and band not in known:
                 raise CaseFileError(f"no band {band!r} in it; it has {', '.join(names)}{nearest(band, names)}")
             number = 1 if band is None else names.index(band) + 1 if band in names else int(band)
+            palette = data.colorinterp[number - 1] == rasterio.enums.ColorInterp.palette
+            if palette or data.tags(ns="IMAGE_STRUCTURE").get("MINISWHITE") or data.dtypes[number - 1] not in _STORED:
+                raise CaseFileError(_OTHER_KIND)
+            if data.subdatasets:
+                raise CaseFileError("a TIFF file of several pages; extract the one that holds the values")
             values, move = data.read(number), data.transform
             if move.b or move.d:
                 raise CaseFileError("its geo-transform turns or shears the rows; bring it to rows along x first")
