@@ -76,7 +76,7 @@ benchmarks-smoke: $(VENV)/.installed-benchmarks  ## Run every benchmark once at 
 	$(BIN)/python benchmarks/psor.py --nodes 15 --repeat 1
 	$(BIN)/python benchmarks/backends.py --sizes 7 --backends osqp multigrid
 	$(BIN)/python benchmarks/backend_settings.py --sizes 15 --repeat 1
-	$(BIN)/python benchmarks/certificates.py --problems "cable 199" --sizes 31
+	$(BIN)/python benchmarks/certificates.py --problems "cable 199" "beam 50" --sizes 31
 	$(BIN)/python benchmarks/relaxation.py --loads 0.01 --nodes
 	$(BIN)/python benchmarks/sessions.py --repeat 1 --path 63 --touchdown 15
 	$(BIN)/python benchmarks/matrices.py --repeat 1 --largest 5000

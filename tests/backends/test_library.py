@@ -276,7 +276,7 @@ def test_what_ctrl_c_left_at_work_is_not_used_again_and_comes_to_an_end():
     def endless(ask):
         threads.append(threading.current_thread())
         threading.Timer(0.05, _thread.interrupt_main).start()
-        assert ask.abandoned.wait(20.0)
+        assert ask.task.abandoned.wait(20.0)
         return "what?"
 
     threads: list[threading.Thread] = []

@@ -162,11 +162,11 @@ def test_set_up_within_and_before_the_rounds_is_counted():
 
 
 def test_ctrl_c_is_passed_on_and_the_library_is_told():
-    abandoned, told = threading.Event(), threading.Event()
+    task, told = task_of(), threading.Event()
 
     def endless(setting, iterations_left):
         threading.Timer(0.05, _thread.interrupt_main).start()
-        if abandoned.wait(20.0):
+        if task.abandoned.wait(20.0):
             told.set()
         return a_round(1e-9)
 
@@ -174,7 +174,7 @@ def test_ctrl_c_is_passed_on_and_the_library_is_told():
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt):
-            tightened(task_of(), endless, range(3), 100, abandoned=abandoned)
+            tightened(task, endless, range(3), 100)
     finally:
         signal.signal(signal.SIGINT, handler)
     assert told.wait(20.0)

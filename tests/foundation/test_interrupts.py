@@ -15,8 +15,10 @@ import typer
 
 import contactqp as cq
 import contactqp_command
+from contactqp.backends.base import Stop
 from contactqp.cli.application import bad_input
 from contactqp.foundation import interrupts, loading
+from contactqp.foundation.deadline import Deadline
 from contactqp.foundation.interrupts import INTERRUPTED, ended_by_interrupts, run_interruptibly
 
 ROOT = Path(__file__).parents[2]
@@ -100,7 +102,7 @@ def test_clarabel_is_told_of_an_interrupt_although_it_has_a_time_limit(nothing_l
             super().__init__()
             told.append(self)
 
-    monkeypatch.setattr("contactqp.backends.library.Event", Told)
+    monkeypatch.setattr("contactqp.foundation.deadline.Event", Told)
     lattice = cq.Frame.rectangle(1.0, 1.0).lattice(spacing=1 / 200)
     membrane = cq.Membrane(lattice, tension=1.0, load=4.0, support=0.1)
     cq.solve(cq.gallery.bowl(9), "clarabel")  # loads the library
@@ -110,6 +112,29 @@ def test_clarabel_is_told_of_an_interrupt_although_it_has_a_time_limit(nothing_l
     assert told[-1].is_set()
     (thread,) = interrupts._left_behind
     thread.join(60)  # what is at work while the interpreter goes down would end the process
+
+
+@pytest.mark.parametrize("backend", ["psor", "multigrid", "active-set", "mprgp"])
+def test_own_methods_stop_after_an_interrupt_although_they_have_a_time_limit(nothing_left, backend, monkeypatch):
+    """What they do once nobody waits for them any more ends at the first look at the clock."""
+    bowl, answers, work = cq.gallery.bowl(31), [], Deadline.work
+    cq.solve(bowl, backend)  # compiles
+
+    def late(self, call, progress=None):
+        def begun_after_the_interrupt():
+            assert self.abandoned.wait(20.0)
+            answers.append(call()[0])
+            return answers[-1], None, None
+
+        return work(self, begun_after_the_interrupt, progress)
+
+    monkeypatch.setattr(Deadline, "work", late)
+    interrupted_soon()
+    with pytest.raises(KeyboardInterrupt):
+        cq.solve(bowl, backend, tol=1e-12, time_limit=300.0)
+    (thread,) = interrupts._left_behind
+    thread.join(20)
+    assert [answer.stop for answer in answers] == [Stop.TIME_LIMIT]
 
 
 def test_what_the_work_returns_and_raises_is_passed_on():

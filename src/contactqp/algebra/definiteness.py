@@ -94,7 +94,7 @@ def _objection(matrix: csr_array, balance: Vector) -> str:
     """Return what tells against the matrix; nothing if nothing does."""
     if matrix.shape[0] <= FEW:
         return _told_pivots(_pivots(matrix, balance), 4 * np.finfo(float).eps * matrix.shape[0])
-    unit = balanced(matrix, balance).tocsr()
+    unit = balanced(matrix, balance)
     band, rounding = Band(unit), 4 * np.finfo(float).eps * matrix.shape[0]
     if band.affordable:
         factors = band.factors()

@@ -141,7 +141,7 @@ class SparseStiffness(Stiffness):
 
     @cached_property
     def _modulus(self) -> csr_array:
-        return abs(self._matrix)
+        return self._with_entries(np.abs(self._matrix.data))
 
     def accurate_product(self, high: Vector, low: Vector, force: Vector) -> tuple[Vector, Vector]:
         """Add entry times gap, the first entry of every row, then the second of those that have one, and so on."""
@@ -191,20 +191,32 @@ class SparseStiffness(Stiffness):
     def balanced(self, weights: Vector) -> Self:
         """Return the matrix with the entries weights_i G_ij weights_j, for weights > 0, which leave signs alone."""
         rows = np.repeat(np.arange(self.size), np.diff(self._matrix.indptr))
-        matrix = self._matrix.copy()
-        matrix.data *= weights[rows] * weights[matrix.indices]
-        found = type(self)(matrix)
+        factors = weights[rows]
+        factors *= weights[self._matrix.indices]
+        factors *= self._matrix.data
+        found = type(self)(self._with_entries(factors))
         if self.positive_off_diagonal is None:
             found.positive_off_diagonal = None
         return found
 
+    def _with_entries(self, entries: Vector) -> csr_array:
+        """Return the matrix with other entries at the same places, whose numbers the two share."""
+        load_modules("scipy.sparse")
+        from scipy import sparse
+
+        return sparse.csr_array((entries, self._matrix.indices, self._matrix.indptr), shape=self._matrix.shape)
+
     @property
     def _arrays(self) -> tuple[NDArray[Any], ...]:
-        return self._matrix.indptr, self._matrix.indices, self._matrix.data
+        return _parts(self._matrix)
 
     def tocsr(self) -> csr_array:
         """Return the sparse array itself."""
         return self._matrix
+
+
+def _parts(matrix: csr_array) -> tuple[NDArray[Any], ...]:
+    return matrix.indptr, matrix.indices, matrix.data
 
 
 def _times(matrix: Any, vector: Vector) -> Vector:
@@ -252,6 +264,8 @@ def square_matrix(value: Any, name: str) -> csr_array:
         row = int(np.searchsorted(matrix.indptr, bad[0], side="right")) - 1
         raise ValueError(f"{name} must be finite, but {name}[{row}, {matrix.indices[bad[0]]}] is {matrix.data[bad[0]]}")
     matrix.eliminate_zeros()
+    if max(matrix.nnz, *matrix.shape) <= np.iinfo(np.int32).max:
+        matrix.indptr, matrix.indices = (numbers.astype(np.int32) for numbers in (matrix.indptr, matrix.indices))
     return matrix
 
 
@@ -282,9 +296,12 @@ def checked_matrix(value: Any) -> csr_array:
 
 
 def _symmetric(matrix: csr_array) -> csr_array:
+    matrix.sort_indices()
+    transposed = matrix.T.tocsr()
+    if all(np.array_equal(*pair) for pair in zip(_parts(matrix), _parts(transposed), strict=True)):
+        return matrix
     difference = (matrix - matrix.T).tocoo()
     if not difference.nnz or not np.abs(difference.data).max():
-        matrix.sort_indices()
         return matrix
     diagonal = np.sqrt(matrix.diagonal())
     scale = diagonal[difference.coords[0]] * diagonal[difference.coords[1]]

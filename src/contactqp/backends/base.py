@@ -13,6 +13,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cache
+from threading import Event
 from typing import Any, ClassVar
 
 import numpy as np
@@ -154,6 +155,11 @@ class Task:
     predicted : bool
         Whether ``warm_start`` is extrapolated from the last answers, and their contact set has stayed or grown:
         nodes that are about to leave contact show nothing of it before.
+    started : float
+        When the clock of the time limit started, by ``time.perf_counter()``.
+    abandoned : Event
+        It is set when nobody waits for the answer any more, after Ctrl-C or at the limit: a library that can be told to
+        stop is told then.
     """
 
     tol: float
@@ -170,6 +176,7 @@ class Task:
     resumes: bool = False
     predicted: bool = False
     started: float = field(default_factory=time.perf_counter)
+    abandoned: Event = field(default_factory=Event)
 
     def accepts(self, gap: Vector) -> bool:
         """Whether the judge is satisfied with ``gap``."""
@@ -185,7 +192,9 @@ class Task:
 
     @property
     def seconds_left(self) -> float:
-        """Seconds until the time limit, infinite if there is none."""
+        """Seconds until the time limit, infinite if there is none; 0 once nobody waits for the answer any more."""
+        if self.abandoned.is_set():
+            return 0.0
         if self.time_limit is None:
             return float("inf")
         return self.time_limit - (time.perf_counter() - self.started)

@@ -103,7 +103,7 @@ class _Prepared(StateInRows):
     def call(self, workspace: Workspace, ask: Ask) -> Reply:
         """See `LibraryState.call`."""
         workspace.update(settings=self._told(ask))
-        workspace.set_termination_callback(lambda info: ask.abandoned.is_set())
+        workspace.set_termination_callback(lambda info: ask.task.abandoned.is_set())
         result = workspace.solve()
         gap = ask.form.gap(ask.problem, np.array(result.x), np.array(result.z))
         return Reply(str(result.status), gap, int(result.iterations))

@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from threading import Event
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -81,8 +80,6 @@ class Ask:
     problem : ContactProblem
         The dimensionless problem as it is now.
     task : Task
-    abandoned : Event
-        It is set after Ctrl-C, for a library that can be told to stop.
     form : object
         What `LibraryState.form` has returned for the problem.
     eps, weight : float
@@ -97,7 +94,6 @@ class Ask:
 
     problem: ContactProblem
     task: Task
-    abandoned: Event
     form: Any = None
     eps: float = np.inf
     weight: float = 1.0
@@ -254,10 +250,10 @@ class LibraryState(State):
         if form != self._form:
             self._kept, self._form = {}, form
         kept, self._kept = self._kept, {}
-        plan, rounds = self.plan(task), _Rounds(self, Ask(problem, task, Event(), self._form), kept)
+        plan, rounds = self.plan(task), _Rounds(self, Ask(problem, task, self._form), kept)
         budget = plan.max_iter if task.max_iter is None else task.max_iter
         settings = rounds.settings(float(plan.eps))
-        answer = tightened(task, rounds.call, settings, budget, abandoned=rounds.abandoned, note=plan.note)
+        answer = tightened(task, rounds.call, settings, budget, note=plan.note)
         self._kept = {weight: slot for weight, slot in kept.items() if slot.outcome.keeps}
         return answer
 
@@ -289,7 +285,6 @@ class _Rounds:
     """
 
     def __init__(self, state: LibraryState, ask: Ask, kept: dict[float, _Kept]) -> None:
-        self.abandoned = ask.abandoned
         self._state, self._ask, self._kept = state, ask, kept
         self._begun = set[float]()
         self._finishes, self._finish_is_due = state.finishes, False
@@ -310,12 +305,12 @@ class _Rounds:
         task, weight = self._ask.task, setting.weight
         begins, before = weight not in self._begun, self._kept.get(weight)
         slot, setup_seconds = self._begin(setting) if begins else (self._kept[weight], 0.0)
-        if self.abandoned.is_set() or task.seconds_left <= 0:
+        if task.seconds_left <= 0:
             return Round(None, Stop.TIME_LIMIT, "time limit during set-up", 0, setup_seconds)
         if begins and slot.resumes:
             return self._call_twice(slot, setting, left)
         found = self._call(slot, setting, left)
-        failed = found.stop is Stop.FAILED and not self.abandoned.is_set()
+        failed = found.stop is Stop.FAILED and not self._ask.task.abandoned.is_set()
         if failed and begins and slot is before and self._state.starts_again:
             del self._kept[weight]
             self._begun.discard(weight)

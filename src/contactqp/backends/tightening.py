@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
-from threading import Event
 from typing import TypeVar
 
 import numpy as np
@@ -59,7 +58,6 @@ def tightened(
     schedule: Iterable[Setting],
     budget: int,
     *,
-    abandoned: Event | None = None,
     setup_seconds: float = 0.0,
     note: str = "",
 ) -> Answer:
@@ -76,8 +74,6 @@ def tightened(
         can decide by its outcome.
     budget : int
         Limit of the iterations over all rounds.
-    abandoned : Event, optional
-        It is set after Ctrl-C, for a library that can be told to stop.
     setup_seconds : float
         Time that went into set-up before, to be counted with that of the rounds.
     note : str
@@ -91,9 +87,8 @@ def tightened(
     Raises
     ------
     KeyboardInterrupt
-        After Ctrl-C; the library may still be at work then.
+        After Ctrl-C, with ``task.abandoned`` set; the library may still be at work then.
     """
-    abandoned = Event() if abandoned is None else abandoned
     started, setup_before = working_seconds(), setup_seconds
     gap: Vector | None = None
     least, done, stop, findings = np.inf, 0, Stop.DONE, list[str]()
@@ -101,14 +96,14 @@ def tightened(
 
     def begin(setting: Setting, iterations: int) -> Round:
         # Ctrl-C may come before the thread gets to work.
-        return latest if abandoned.is_set() else call(setting, iterations)
+        return latest if task.abandoned.is_set() else call(setting, iterations)
 
     for setting in schedule:
         if task.seconds_left <= 0:
             stop = Stop.TIME_LIMIT
             break
         task.progress.update(f"{done} iterations")
-        latest = run_interruptibly(partial(begin, setting, budget - done), task.progress, abandoned.set)
+        latest = run_interruptibly(partial(begin, setting, budget - done), task.progress, task.abandoned.set)
         done += latest.iterations
         setup_seconds += latest.setup_seconds
         stop = latest.stop

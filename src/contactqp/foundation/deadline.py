@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from threading import Event
 from typing import TypeVar
 
 from .interrupts import OutOfTime, run_interruptibly
@@ -33,6 +34,8 @@ class Deadline:
     seconds : float or None
     started : float
         When it was made, by ``time.perf_counter()``.
+    abandoned : Event
+        It is set once work has been left behind, by Ctrl-C or at the limit: nobody waits for it any more.
 
     Examples
     --------
@@ -43,7 +46,7 @@ class Deadline:
     """
 
     def __init__(self, seconds: float | None) -> None:
-        self.seconds, self.started = seconds, time.perf_counter()
+        self.seconds, self.started, self.abandoned = seconds, time.perf_counter(), Event()
 
     def work(self, call: Callable[[], T], progress: Progress | None = None) -> T:
         """Return what a call returns.
@@ -53,18 +56,24 @@ class Deadline:
         OutOfTime
             If it takes longer than the limit and some of the slack.
         """
-        return self._within(_WORK, call, progress)
+        return self._within(_WORK, call, progress, self.abandoned.set)
 
     def checked(self, call: Callable[[], T]) -> T | None:
         """Return what a call returns; None if it takes longer than the limit and most of the slack."""
         try:
-            return self._within(_CHECKS, call, None)
+            return self._within(_CHECKS, call)
         except OutOfTime:
             return None
 
-    def _within(self, part: float, call: Callable[[], T], progress: Progress | None) -> T:
+    def _within(
+        self,
+        part: float,
+        call: Callable[[], T],
+        progress: Progress | None = None,
+        abandon: Callable[[], None] | None = None,
+    ) -> T:
         if self.seconds is None:
             return call()
         slack = max(LEAST_SLACK, SLACK * self.seconds)
         left = self.started + self.seconds + part * slack - time.perf_counter()
-        return run_interruptibly(call, progress, seconds=max(left, 0.0))
+        return run_interruptibly(call, progress, abandon, max(left, 0.0))

@@ -257,7 +257,7 @@ def _solved(stiffness: Stiffness, preconditioner: Preconditioner | None) -> Barr
         if barrier is not None:
             return barrier
     balance = 1 / np.sqrt(stiffness.diagonal()) if preconditioner is None else preconditioner.balance
-    matrix = balanced(stiffness.tocsr(), balance).tocsr()
+    matrix = balanced(stiffness.tocsr(), balance)
     if stiffness.size <= DIRECT_SIZE or stiffness.without_fill or not stiffness.symmetric:
         solve = factorised(matrix, pivoting=True)
     else:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..algebra.balanced import balanced
 from ..algebra.band import Band, Factors
 from ..algebra.conductances import m_matrix_below
 from ..algebra.sparse import SparseStiffness
@@ -124,12 +125,12 @@ def _by_m_matrix_below(matrix: csr_array, units: Vector, cycle: Callable[[], Sol
     # Of subnormal numbers the units are so large that their product overflows.
     middle = int(np.round((np.log2(units.min()) + np.log2(units.max())) / 2))
     one_unit = np.full_like(units, np.ldexp(1.0, middle))
-    moderate = _scaled(matrix, one_unit)
-    below = None if moderate is None else m_matrix_below(moderate)
-    scaled = None if below is None else _scaled(below, units / one_unit)
+    below = _scaled(matrix, one_unit)
+    below = None if below is None else m_matrix_below(below)
+    below = None if below is None else _scaled(below, units / one_unit)
     # What is below the matrix is near enough to it for the same preconditioner, in the same units.
     made = None if cycle is None else Preconditioner(1 / np.sqrt(matrix.diagonal()) / units, cycle)
-    barrier = None if scaled is None else find_barrier(SparseStiffness(scaled), made)
+    barrier = None if below is None else find_barrier(SparseStiffness(below), made)
     return 0.0 if barrier is None else float((barrier.s / barrier.v).min()) * (1 - 4 * UNIT_ROUNDOFF)
 
 
@@ -140,11 +141,9 @@ def affordable(matrix: csr_array) -> bool:
 
 def _scaled(matrix: csr_array, units: Vector) -> csr_array | None:
     """Return DGD for powers of two D; None where an entry is rounded by it."""
-    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
-    scaled = matrix.copy()
+    rows = np.repeat(np.arange(matrix.shape[0], dtype=np.int32), np.diff(matrix.indptr))
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        # One factor after the other: their product alone may leave the range.
-        scaled.data = scaled.data * units[rows] * units[matrix.indices]
+        scaled = balanced(matrix, units)
         exact = np.array_equal(scaled.data / units[rows] / units[matrix.indices], matrix.data)
     return scaled if exact and np.isfinite(scaled.data).all() and np.isfinite(units).all() else None
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..backends.base import Task
 from ..foundation.checks import Vector, integer_at_least, positive_number
+from ..foundation.deadline import Deadline
 from ..foundation.progress import Progress, silent
 from ..problem.contact_problem import ContactProblem
 from ..problem.posed import Units
@@ -80,7 +80,7 @@ class Request:
         keeps: bool = False,
         resumes: bool = False,
         predicted: bool = False,
-        started: float | None = None,
+        deadline: Deadline | None = None,
     ) -> Task:
         """Return the task that a backend is given.
 
@@ -92,9 +92,10 @@ class Request:
             Those of the dimensionless problem.
         bound, warm_start, progress, keeps, resumes, predicted
             See `Task`; by default no progress is shown.
-        started : float, optional
-            When the clock of the time limit started, by ``time.perf_counter()``; by default now.
+        deadline : Deadline, optional
+            The time limit, if its clock has started before; by default it starts now.
         """
+        deadline = Deadline(self.time_limit) if deadline is None else deadline
         return Task(
             tol=self.tolerance.tol,
             max_iter=self.max_iter,
@@ -109,5 +110,6 @@ class Request:
             keeps=keeps,
             resumes=resumes,
             predicted=predicted,
-            started=time.perf_counter() if started is None else started,
+            started=deadline.started,
+            abandoned=deadline.abandoned,
         )

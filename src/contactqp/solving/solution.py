@@ -206,7 +206,7 @@ def _asked(
             keeps=state is not None,
             resumes=resumes and start is not None,
             predicted=predicted and start is not None,
-            started=deadline.started,
+            deadline=deadline,
         )
         try:
             if state is None:

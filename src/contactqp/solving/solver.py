@@ -250,7 +250,7 @@ class Solver:
         """Return the backend's state for a problem, prepared at the first call."""
         if kept.state is None:
             scaled, units = problem.scaled()
-            task = self._request.task(problem, units, lambda gap: np.inf, keeps=True, started=deadline.started)
+            task = self._request.task(problem, units, lambda gap: np.inf, keeps=True, deadline=deadline)
             kept.state = self.backend.state_of(scaled, task, self._request.options)
         return kept.state
 

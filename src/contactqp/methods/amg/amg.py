@@ -98,15 +98,18 @@ class Transfer:
     """
 
     def __init__(self, up: csr_array, group: NDArray[np.int32]) -> None:
-        load_modules("scipy.sparse")
-        from scipy import sparse
-
         self.up, self.down, self.group = up, up.T.tocsr(), group
         self.down.sort_indices()
         self.up_rows = rows_of(up)
-        weights = self.down.data**2
-        self._weights = sparse.csr_array((weights, self.down.indices, self.down.indptr), shape=self.down.shape)
         self._weight = self._weights @ np.ones(up.shape[0])
+
+    @property
+    def _weights(self) -> csr_array:
+        """The shapes' squares, which are asked for too rarely to be kept."""
+        load_modules("scipy.sparse")
+        from scipy import sparse
+
+        return sparse.csr_array((self.down.data**2, self.down.indices, self.down.indptr), shape=self.down.shape)
 
     def held(self, held: Mask) -> Mask:
         """Return the coarse unknowns whose shapes lie on held unknowns to no small part."""
@@ -239,7 +242,7 @@ def _prolongation(level: Level) -> tuple[Transfer, Vector] | None:
     group, count = aggregate(strong_indptr, indices[strong])
     if count == 0 or count > 0.9 * size:
         return None
-    member = np.flatnonzero(group >= 0)
+    member = np.flatnonzero(group >= 0).astype(np.int32)
     norms = np.sqrt(np.bincount(group[member], weights=candidate[member] ** 2, minlength=count))
     values = candidate[member] / norms[group[member]]
     tentative = sparse.csr_array((values, (member, group[member])), shape=(size, count))
