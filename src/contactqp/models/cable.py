@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from ..foundation.checks import Mask, Vector, finite_number, integer_at_least, positive_number
 from ..foundation.keywords import known_by_name
 from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
+from ..foundation.pictures import UnitNames
+from ..foundation.units import checked_units, plain
 from ..geometry.fields import of_x_and_y
 from ..geometry.lattice import Lattice, spacing_of_nodes
 from .base import Coordinate
@@ -50,6 +52,8 @@ class Cable(LatticeModel):
         Whether heights are elevations, positive upwards: those of ground and ends as they are given, and the deflection
         and all pictures and files; ``-inf`` where there is no ground. A load stays positive downwards, and a profile of
         `contactqp.profiles` a surface of depths.
+    units : str or mapping, optional
+        As for `Membrane`.
 
     Raises
     ------
@@ -87,13 +91,23 @@ class Cable(LatticeModel):
         frame_height: Any = 0.0,
         start: float = 0.0,
         upwards: bool = False,
+        units: UnitNames | None = None,
     ) -> None:
+        names = checked_units(units)
+        span, spacing, start = (
+            plain(value, name, "length", names)
+            for value, name in ((span, "span"), (spacing, "spacing"), (start, "start"))
+        )
         lattice = Cable.lattice_of(span, nodes, spacing=spacing, start=start)
-        tension = positive_number(tension, "tension")
+        tension = positive_number(plain(tension, "tension", "force", names), "tension")
         self.start = float(start)
         arms = tension / lattice.spacing, 0.0
         super().__init__(
-            *(lattice, tension, load, support, frame_height), area=lattice.spacing, arms=arms, upwards=upwards
+            *(lattice, tension, load, support, frame_height),
+            area=lattice.spacing,
+            arms=arms,
+            upwards=upwards,
+            units=names,
         )
 
     @staticmethod

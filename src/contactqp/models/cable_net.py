@@ -12,7 +12,9 @@ from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, boolean, positive_number, read_only, refuse_non_finite
 from ..foundation.keywords import known_by_name
 from ..foundation.loading import load_modules
+from ..foundation.pictures import UnitNames
 from ..foundation.text import counted
+from ..foundation.units import checked_units, plain
 from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
 from ..profiles.analytic import Profile
@@ -71,6 +73,8 @@ class CableNet(ContactModel):
         Whether heights are elevations, positive upwards: those of support and fixed points as they are given, and the
         deflection and all pictures and files; ``-inf`` where there is no support. A load stays positive downwards, and
         a profile of `contactqp.profiles` a surface of depths.
+    units : str or mapping, optional
+        As for `Membrane`.
 
     Raises
     ------
@@ -121,7 +125,12 @@ class CableNet(ContactModel):
         fixed: ArrayLike,
         fixed_height: FieldLike = 0.0,
         upwards: bool = False,
+        units: UnitNames | None = None,
     ) -> None:
+        self.unit_names = names = checked_units(units)
+        positions = plain(positions, "positions", "length", names)
+        tension = plain(tension, "tension", "force", names)
+        force_density = plain(force_density, "force_density", "force per length", names)
         self.upwards = boolean(upwards, "upwards")
         self.positions: Vector = read_only(checked_positions(positions))
         self.segments: Numbers = read_only(checked_segments(segments, len(self.positions)))
@@ -144,7 +153,7 @@ class CableNet(ContactModel):
         self._refuse_floating_parts()
         self.load: Vector = self.at_nodes(load, "load")
         self.support: Vector = self.support_at_nodes(support)
-        given = self._in_own_sense(fixed_height)
+        given = self._in_own_sense(self.without_unit(fixed_height, "fixed_height"))
         heights = sample_points(self.positions, self.fixed, given, "fixed_height", self._describe_fixed)
         self.fixed_height: Vector = read_only(np.array(heights))
         self._fixed_depth: Vector = read_only(-self.fixed_height) if self.upwards else self.fixed_height
@@ -163,6 +172,7 @@ class CableNet(ContactModel):
         frame_height: FieldLike = 0.0,
         upwards: bool = False,
         rows: Rows = "up",
+        units: UnitNames | None = None,
     ) -> CableNet:
         """Return the net of cables along the rows and columns of a lattice.
 
@@ -182,7 +192,7 @@ class CableNet(ContactModel):
             As for a membrane.
         frame_height : number, array or function of (x, y)
             As for a membrane.
-        upwards, rows
+        upwards, rows, units
             As for a membrane.
 
         Raises
@@ -202,7 +212,10 @@ class CableNet(ContactModel):
                 f"lattice must be a Lattice, got {type(lattice).__name__}; "
                 "make one with Frame.lattice or Lattice.from_mask"
             )
-        tension = positive_number(tension, "tension")
+        names = checked_units(units)
+        tension = positive_number(plain(tension, "tension", "force", names), "tension")
+        load, support = plain(load, "load", "force", names), plain(support, "support", "length", names)
+        frame_height = plain(frame_height, "frame_height", "length", names)
         stencil = Stencil(lattice.mask, 1.0, 1.0)
         nodes, frame = stencil.padded_mask(), stencil.frame_points()
         number = np.full(nodes.shape, -1, dtype=np.int64)
@@ -227,6 +240,7 @@ class CableNet(ContactModel):
             fixed=lattice.size + np.arange(x.size),
             fixed_height=0.0 if heights is None else heights[frame],
             upwards=upwards,
+            units=names,
         )
         net._laid_on, net._of_profile = lattice, of_profile
         return net
@@ -278,7 +292,7 @@ class CableNet(ContactModel):
 
     def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
         """See `ContactModel.at_nodes`; an array has an entry for each node, or for each point."""
-        absent = -np.inf if self.upwards else np.inf
+        field, absent = self.without_unit(field, name), -np.inf if self.upwards else np.inf
         values = sample_points(
             self.positions, self.free, field, name, self.describe, allow_inf=allow_inf, absent=absent
         )

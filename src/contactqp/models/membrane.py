@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from ..foundation.checks import positive_number
 from ..foundation.keywords import by_name_after, known_by_name
+from ..foundation.pictures import UnitNames
+from ..foundation.units import checked_units, plain
 from ..geometry.fields import FieldLike, Rows
 from ..geometry.lattice import Lattice
 from .on_lattice import LatticeModel
@@ -40,6 +42,9 @@ class Membrane(LatticeModel):
         Which way y goes from row to row of an array of the lattice's shape: ``"up"``, its first row is that of the
         smallest y; ``"down"``, of the largest, as in a picture. What comes out goes up in either case, so that with
         ``"down"`` an array without coordinates that is given later, such as an answer, must say its ``rows``.
+    units : str or mapping, optional
+        Units of all numbers without one, as ``{"length": "m", "force": "kN"}``. What has a unit of its own, a quantity
+        of pint or an array whose ``attrs["units"]`` tells it, is then checked and converted; files tell the units.
 
     Raises
     ------
@@ -73,8 +78,10 @@ class Membrane(LatticeModel):
         frame_height: FieldLike = 0.0,
         upwards: bool = False,
         rows: Rows = "up",
+        units: UnitNames | None = None,
     ) -> None:
-        tension = positive_number(tension, "tension")
+        names = checked_units(units)
+        tension = positive_number(plain(tension, "tension", "force per length", names), "tension")
         spacing = lattice.spacing if isinstance(lattice, Lattice) else 1.0
         super().__init__(
             *(lattice, tension, load, support, frame_height),
@@ -82,4 +89,5 @@ class Membrane(LatticeModel):
             arms=(tension, tension),
             upwards=upwards,
             rows=rows,
+            units=names,
         )
