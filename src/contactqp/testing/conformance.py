@@ -89,7 +89,7 @@ def check_backend(backend: str | Backend, *, tol: float | None = None, seconds: 
     seconds = positive_number(seconds, "seconds")
     if isinstance(getattr(method, "package", None), str):  # else its declared facts fail
         method.require()
-    kit = _Kit(method, tol)
+    kit = _Kit(method, tol, seconds)
     name = getattr(method, "name", type(method).__name__)
     return ConformanceReport(str(name), tuple(_made(check, kit, seconds) for check in _CHECKS))
 
@@ -114,10 +114,13 @@ class _Kit:
     ----------
     backend : Backend
     tol : float
+    seconds : float
+        How long each check may take.
     """
 
     backend: Backend
     tol: float
+    seconds: float
     _work: list[Known] = field(default_factory=list)
 
     @property
@@ -384,9 +387,14 @@ def _restore(values: Any, before: Any) -> None:
 
 def _silence(kit: _Kit) -> None:
     problems = [known.problem for known in kit.suited([*one_sided(), *two_sided()])]
-    with _listening() as heard:
+
+    def solve() -> None:
         for problem in problems:
             kit.answer(problem, kit.task(problem))
+
+    # Should it hang, the streams are put back before the check itself is left behind: they are the process's.
+    with _listening() as heard:
+        run_interruptibly(solve, seconds=0.5 * kit.seconds)
     if heard:
         raise _Unmet("nothing printed, and no warning", " ".join(" and ".join(heard).split())[:200])
 
