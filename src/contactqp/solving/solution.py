@@ -583,7 +583,7 @@ class Solution:
 
     @property
     def force_balance(self) -> ForceBalance:
-        """ΣP = ΣR + the frame's pull (force)."""
+        """ΣP = ΣR + the frame's pull (force), with what a ceiling and a foundation add; see `ForceBalance`."""
         return self._physical("force_balance").force_balance(self.gap)
 
     def _physical(self, attribute: str) -> ContactModel:
@@ -634,7 +634,8 @@ class Solution:
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
 
-        Variables: gap, deflection, support, reaction, contact_pressure, load, contact (the backend's own contact set,
+        Variables: gap, deflection, support, ceiling, foundation, tension (or tension_x and tension_y; where there are
+        such, and they vary), reaction, contact_pressure, load, contact (the backend's own contact set,
         True or False), gap_lower, gap_upper, reaction_lower, reaction_upper, and contact_state (1 certainly in contact
         with the support, 2 with an upper bound, 0 certainly clear, -1 undecided). Where there is no support, gap and
         its bounds are infinite. A cable net's has the dim node, with the coordinates x, y and point, and no
