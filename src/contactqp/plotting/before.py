@@ -115,7 +115,7 @@ def _sections(part: Figure | SubFigure, model: ContactModel, cut: Cut, wanted: W
         if len(lines) > 1:
             panel.legend(loc="best", frameon=False, fontsize="small")
         panel.set_ylim(0.0, 1.1 * max(float(values.max()) for values in lines.values()))
-        panel.set(xlabel=wanted.label(xlabel), ylabel=quantity)
+        panel.set(xlabel=wanted.label(xlabel), ylabel=quantity if len(lines) > 1 else "".join(lines))
         tidy(panel)
     first: Axes = axes[0]
     return first
@@ -239,7 +239,8 @@ def _headline(model: ContactModel, wanted: Wanted) -> str:
 
 
 def _told_beside(model: ContactModel) -> dict[str, Vector]:
-    """Return what a headline tells beside the load: a foundation, and a tension that varies or goes by direction."""
+    """Return what a headline tells beside the load: a tension that varies or goes by direction, and a foundation."""
     fields = {name: values for name, (values, _, _) in model.fields.items() if name != "ceiling"}
     by_direction = {name: np.array([number]) for name, number in model.parameters.items() if name.startswith("tension_")}
-    return by_direction | fields
+    found = by_direction | fields
+    return {name: found[name] for name in ("tension", "tension_x", "tension_y", "foundation") if name in found}
