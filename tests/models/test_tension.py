@@ -23,7 +23,13 @@ def arms(membrane):
 
 def test_equal_numbers_are_one_number():
     plain = cq.Membrane(LATTICE, 2.0, **DATA)
-    for tension in (np.full(LATTICE.shape, 2.0), np.full(LATTICE.size, 2.0), (2.0, 2.0), lambda x, y: 2.0, np.float32(2)):
+    for tension in (
+        np.full(LATTICE.shape, 2.0),
+        np.full(LATTICE.size, 2.0),
+        (2.0, 2.0),
+        lambda x, y: 2.0,
+        np.float32(2),
+    ):
         membrane = cq.Membrane(LATTICE, tension, **DATA)
         assert membrane.tension == 2.0
         assert repr(membrane) == repr(plain)

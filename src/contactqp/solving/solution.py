@@ -40,6 +40,7 @@ from .request import Request
 from .starts import useful_start
 
 if TYPE_CHECKING:
+    from .sensitivity import Sensitivity
     import xarray as xr
     from matplotlib.figure import Figure
 
@@ -630,6 +631,27 @@ class Solution:
         polished = Solution.by(method, self.subject, request, warm_start=self.gap, note=note)
         polished.report("warn")
         return polished
+
+    def sensitivity(self) -> Sensitivity:
+        """Return the derivatives of this solution by load, support and whatever else it depends on.
+
+        Where nodes are undecided, or the bound is above 1e-8, active sets go on from the answer first.
+
+        Raises
+        ------
+        ValueError
+            If no enclosure is known.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> solution = cq.solve(cq.gallery.paper_hexagon(0.03), tol=1e-9)
+        >>> solution.sensitivity().adjoint(reaction=1.0)["load"].shape
+        (1857,)
+        """
+        from .sensitivity import Sensitivity
+
+        return Sensitivity(self)
 
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
