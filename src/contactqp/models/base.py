@@ -502,6 +502,7 @@ class ContactModel(ABC):
                 depth=self.depth,
                 frame=frame,
                 load=self.nodal_load,
+                ceiling=bool(self.under_ceiling.any()),
                 upwards=self.upwards,
                 of_profile=self._of_profile,
                 joints=self._joints,
@@ -594,7 +595,7 @@ class ContactModel(ABC):
         summit = max(0.0, -float(depth.min()))
         down += self._frame_relief()
         reachable = float(np.minimum(np.maximum(depth, 0.0, out=depth), down, out=down).mean())
-        if self.ceiling_depth is not None:
+        if self.ceiling_depth is not None and self.under_ceiling.any():
             up = suction * v / v.mean()
             least_down = max(least_down, _LEAST_DEPTH * float(up.mean()))
             above = self._datum - self.ceiling_depth

@@ -76,7 +76,7 @@ class Membrane(LatticeModel):
     >>> fabric
     Membrane(9 nodes, spacing=1, tension=(2, 1), load=-3 to 3, support=0.5, ceiling=-0.25)
     >>> cq.solve(fabric).contact_upper.nonzero()[0]
-    array([7])
+    array([6, 7, 8])
     """
 
     _load_unit = "force per area"
