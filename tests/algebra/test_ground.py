@@ -1,6 +1,7 @@
 """Stencils with arms to the ground against their matrices, and their bounds against rational numbers."""
 
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ def grounded(draw):
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     rows, columns = mask.shape
     varying = draw(st.booleans())
-    arms = (
+    arms: Any = (
         (rng.uniform(0.1, 2, (rows, columns + 1)), rng.uniform(0.1, 2, (rows + 1, columns))) if varying else (0.7, 0.3)
     )
     ground = 0.4 if draw(st.booleans()) else rng.uniform(0, 10.0 ** rng.integers(-3, 4), mask.shape)

@@ -22,7 +22,12 @@ def drawn(kind, seed, mask, *, upwards=False, flipped=False, **more):
     rng = np.random.default_rng(seed)
     size = int(mask.sum())
     support, gap = rng.uniform(0.05, 0.3, size), rng.uniform(0.1, 0.5, size)
-    data = {"load": rng.normal(size=size), "support": support, "ceiling": support - gap, "foundation": rng.uniform(0, 2, size)}
+    data = {
+        "load": rng.normal(size=size),
+        "support": support,
+        "ceiling": support - gap,
+        "foundation": rng.uniform(0, 2, size),
+    }
     data = {name: values for name, values in data.items() if more.get(name, 0) is not None}
     data |= {name: value for name, value in more.items() if value is not None and name != "frame_height"}
     if upwards:
@@ -136,7 +141,9 @@ def test_a_ceiling_below_the_support_is_refused(kind, upwards):
     def ceiling(x, y):
         return sign * np.where((x == 0.5) & (y == 1.0), 0.4, -0.1)
 
-    with pytest.raises(ValueError, match=r"at node 32 .*x=0.5, y=1\) the ceiling is at -?0.4 and the support at -?0.3 \(1 such"):
+    with pytest.raises(
+        ValueError, match=r"at node 32 .*x=0.5, y=1\) the ceiling is at -?0.4 and the support at -?0.3 \(1 such"
+    ):
         kind(LATTICE, 1.0, load=1.0, support=sign * 0.3, ceiling=ceiling, upwards=upwards)
 
 
@@ -145,7 +152,10 @@ def test_a_ceiling_below_the_support_is_refused(kind, upwards):
     [
         ({"ceiling": np.inf}, r"ceiling must be finite or -inf \(no ceiling\), but is inf at node 0"),
         ({"ceiling": [1.0, 2.0]}, r"ceiling must be a number"),
-        ({"ceiling": 0.3, "support": 0.2}, r"must not lie below the support, but at node 0 .*0.3 .*0.2 .*positive downwards"),
+        (
+            {"ceiling": 0.3, "support": 0.2},
+            r"must not lie below the support, but at node 0 .*0.3 .*0.2 .*positive downwards",
+        ),
         ({"foundation": -1.0}, r"foundation must be >= 0, but is -1 at node 0 \(x=-1.5"),
         ({"foundation": np.inf}, r"foundation must be finite, but is inf at node 0"),
         ({"foundation": lambda x, y: np.where(x > 1, np.nan, 1.0)}, r"foundation must be finite, but is nan at node 6"),

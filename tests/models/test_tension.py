@@ -23,7 +23,13 @@ def arms(membrane):
 
 def test_equal_numbers_are_one_number():
     plain = cq.Membrane(LATTICE, 2.0, **DATA)
-    for tension in (np.full(LATTICE.shape, 2.0), np.full(LATTICE.size, 2.0), (2.0, 2.0), lambda x, y: 2.0, np.float32(2)):
+    for tension in (
+        np.full(LATTICE.shape, 2.0),
+        np.full(LATTICE.size, 2.0),
+        (2.0, 2.0),
+        lambda x, y: 2.0,
+        np.float32(2),
+    ):
         membrane = cq.Membrane(LATTICE, tension, **DATA)
         assert membrane.tension == 2.0
         assert repr(membrane) == repr(plain)
@@ -148,8 +154,10 @@ def test_paths_vary_it_by_a_factor():
     np.testing.assert_array_equal(path.solutions[0].gap, cq.solve(model).gap)
     twice = cq.Membrane(LATTICE, lambda x, y: 2 * smooth(x, y), **DATA, foundation=0.1)
     np.testing.assert_allclose(path.solutions[1].gap, cq.solve(twice).gap, atol=1e-7)
+    assert isinstance(path.solutions[1].model, cq.Membrane)
     np.testing.assert_array_equal(path.solutions[1].model.tension, twice.tension)
     pair = cq.trace(cq.Membrane(LATTICE, (1.0, 3.0), **DATA), tensions=[2.0]).solutions[0].model
+    assert isinstance(pair, cq.Membrane)
     assert pair.tension == (2.0, 6.0)
 
 

@@ -1,8 +1,11 @@
 """Pictures of ceilings, of tension that varies and of foundations."""
 
+from typing import Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.legend import Legend
 
 import contactqp as cq
 
@@ -31,7 +34,7 @@ def _close():
 
 
 def labels(axes):
-    return [text.get_text() for legend in axes.findobj(plt.matplotlib.legend.Legend) for text in legend.get_texts()]
+    return [text.get_text() for legend in axes.findobj(Legend) for text in legend.get_texts()]
 
 
 @pytest.mark.parametrize("model", [MEMBRANE, CABLE], ids=["membrane", "cable"])
@@ -59,7 +62,7 @@ def test_maps_have_three_colours():
 
 
 def test_before_solving_tension_and_foundation_are_drawn_along_the_section():
-    figure = MEMBRANE.plot()
+    figure: Any = MEMBRANE.plot()
     assert {"tension_x", "foundation"} <= {axes.get_ylabel() for axes in figure.axes}
     assert "tension_x 1.562 to 2.438, tension_y 1, foundation 1 to 4.062" in figure._suptitle.get_text()
     tension = next(axes for axes in figure.axes if axes.get_ylabel() == "tension_x")

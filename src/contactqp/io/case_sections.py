@@ -274,7 +274,6 @@ _File: TypeAlias = Annotated[DataFile, Tag("file")]
 _Profile: TypeAlias = Annotated[ProfileSection, Tag("profile")]
 
 
-
 def _kind_of_tension(value: Any) -> str:
     """Return whether a tension is given for all directions or for each."""
     return "pair" if isinstance(value, (list, tuple)) else "one"

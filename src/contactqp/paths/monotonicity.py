@@ -58,7 +58,9 @@ def violations(model: ContactModel, parameter: str, values: Vector, solutions: S
         if grown[worst] > 0:
             node = model.describe(worst)
             yield f"the gap grows {between}, by at least {grown[worst]:.2g} at {node}{caution}"
-        lifted = np.flatnonzero(first.certificate.contact_lower & (second.certificate.lower > rounding) & model.supported)
+        lifted = np.flatnonzero(
+            first.certificate.contact_lower & (second.certificate.lower > rounding) & model.supported
+        )
         if lifted.size:
             node = model.describe(int(lifted[0]))
             yield f"{lifted.size} node(s) lift off {between}, the first {node}{caution}"

@@ -241,6 +241,8 @@ def _headline(model: ContactModel, wanted: Wanted) -> str:
 def _told_beside(model: ContactModel) -> dict[str, Vector]:
     """Return what a headline tells beside the load: a tension that varies or goes by direction, and a foundation."""
     fields = {name: values for name, (values, _, _) in model.fields.items() if name != "ceiling"}
-    by_direction = {name: np.array([number]) for name, number in model.parameters.items() if name.startswith("tension_")}
+    by_direction = {
+        name: np.array([number]) for name, number in model.parameters.items() if name.startswith("tension_")
+    }
     found = by_direction | fields
     return {name: found[name] for name in ("tension", "tension_x", "tension_y", "foundation") if name in found}
