@@ -13,6 +13,7 @@ import contactqp as cq
 from contactqp.cli.commands import app
 from contactqp.io.case_sections import schema
 from contactqp.io.cases import load_case
+from contactqp.solving.loaded import load_solution
 
 GOOD = """
 spacing = 0.5
@@ -132,3 +133,26 @@ def test_the_command_line_solves_writes_and_certifies_them(case, tmp_path):
     compared = run(app, ["compare", str(path), "--json", str(tmp_path / "a.json")])
     assert compared.exit_code == 0, compared.output
     assert json.loads((tmp_path / "a.json").read_text())["agree"]
+
+
+def models():
+    lattice = cq.Frame.disk(2.0).lattice(0.5)
+    more = {"load": -2.0, "support": 0.3, "ceiling": lambda x, y: -0.1 - 0.01 * x, "foundation": 0.5}
+    yield cq.Membrane(lattice, (lambda x, y: 1 + 0.1 * x, 1.0), **more)
+    yield cq.Membrane(lattice, lambda x, y: 1 + 0.1 * y**2, **more, frame_height=lambda x, y: 0.01 * x)
+    yield cq.Membrane(lattice, (2.0, 1.0), **more)
+    yield cq.Cable(10.0, spacing=0.5, tension=lambda x: 1 + x, load=-2.0, support=0.3, ceiling=-0.1, foundation=0.1)
+    yield cq.CableNet.orthogonal(lattice, 1.0, **more)
+
+
+@pytest.mark.parametrize("model", list(models()), ids=lambda model: f"{type(model).__name__}")
+def test_answers_in_files_bring_their_models(model, tmp_path):
+    solution = cq.solve(model)
+    solution.save(tmp_path / "answer.nc")
+    again = load_solution(tmp_path / "answer.nc")
+    if not isinstance(model, cq.CableNet):  # which does not tell of the lattice that it was laid on
+        assert repr(again.model) == repr(model)
+    np.testing.assert_array_equal(again.problem.G.toarray(), solution.problem.G.toarray())
+    np.testing.assert_array_equal(again.problem.q, solution.problem.q)
+    np.testing.assert_array_equal(again.problem.upper, solution.problem.upper)
+    np.testing.assert_array_equal(again.contact_upper, solution.contact_upper)
