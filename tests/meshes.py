@@ -106,3 +106,11 @@ def bowl_on_a_checkerboard(nodes, block, jump):
     side = np.arange(1, nodes + 1) / (nodes + 1) - 0.5
     support = 0.05 + 0.4 * (side[:, None] ** 2 + side**2).ravel()
     return matrix, matrix @ support - 8.0 / (nodes + 1) ** 2
+
+
+def scattered(problem, seed=0):
+    """Return matrix and forces of a problem with its unknowns in an order in which nothing is recognised."""
+    order = np.random.default_rng(seed).permutation(problem.size)
+    matrix = problem.G[order][:, order]
+    matrix.sort_indices()
+    return matrix, problem.q[order], order

@@ -39,6 +39,7 @@ from .errors import (
 )
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
+from .io.read_fields import read_field, read_mask
 from .models.cable import Cable
 from .models.cable_net import CableNet
 from .models.membrane import Membrane
@@ -48,11 +49,13 @@ from .paths.touchdown import Touchdown
 from .paths.trace import trace
 from .problem.contact_lcp import ContactLCP
 from .problem.contact_qp import ContactQP
+from .problem.read import read
 from .proof.certificate import Certificate
 from .proof.certify import certify
 from .proof.energy import complementary_energy, energy_bracket, feasible, potential_energy
 from .proof.residuals import Residuals
 from .proof.status import Status
+from .solving.loaded import load_solution
 from .solving.many import solve_many
 from .solving.solution import Solution
 from .solving.solve import solve
@@ -90,14 +93,19 @@ __all__ = [
     "events",
     "feasible",
     "gallery",
+    "load_solution",
     "potential_energy",
     "profiles",
+    "read",
+    "read_field",
+    "read_mask",
     "solve",
     "solve_many",
     "trace",
 ]
 
-_PUBLIC = sorted([*__all__, "testing", "__version__", "__doc__", "__all__", "__file__", "__name__", "__path__"])
+_MODULES = ("testing", "xarray")
+_PUBLIC = sorted([*__all__, *_MODULES, "__version__", "__doc__", "__all__", "__file__", "__name__", "__path__"])
 
 
 def __dir__() -> list[str]:
@@ -106,7 +114,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> ModuleType:
-    """Import `contactqp.testing` where it is first asked for."""
-    if name == "testing":
-        return import_module(".testing", __name__)
+    """Import `contactqp.testing` and `contactqp.xarray` where they are first asked for."""
+    if name in _MODULES:
+        return import_module(f".{name}", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -133,7 +133,8 @@ def test_time_limits_are_kept_and_reported(name):
     model = cq.gallery.bowl(100)
     solution = cq.solve(model, name, time_limit=1e-4, tol=1e-9, on_failure="ignore")
     assert solution.status == cq.Status.TIME_LIMIT
-    assert solution.iterations < cq.solve(model, name, tol=1e-9).iterations
+    # The clock is looked at after a step at the earliest.
+    assert solution.iterations < max(2, cq.solve(model, name, tol=1e-9).iterations)
 
 
 @pytest.mark.parametrize("name", ["osqp", "psor"])

@@ -8,7 +8,24 @@ import pytest
 import contactqp
 
 SOURCE = Path(contactqp.__file__).parent
-HEAVY = {"clarabel", "matplotlib", "mpl_toolkits", "netCDF4", "osqp", "pandas", "scipy", "shapely", "xarray"}
+HEAVY = {
+    "clarabel",
+    "cvxpy",
+    "highspy",
+    "matplotlib",
+    "mpl_toolkits",
+    "netCDF4",
+    "osqp",
+    "pandas",
+    "pint",
+    "pyvista",
+    "qpsolvers",
+    "rasterio",
+    "scipy",
+    "shapely",
+    "xarray",
+    "zarr",
+}
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import contactqp as cq
-from contactqp.io.answers import read_answer
+from contactqp.io.answers import SUFFIXES, read_answer
 from contactqp.io.writers import WRITERS, write_solution
 
 LATTICE = cq.Frame.rectangle(1.0, 1.0).lattice(0.25)
 
 
-@pytest.mark.parametrize("suffix", WRITERS)
+@pytest.mark.parametrize("suffix", sorted(set(WRITERS) & set(SUFFIXES)))
 @pytest.mark.parametrize("upwards", [False, True])
 def test_what_is_written_is_read_again(tmp_path, suffix, upwards):
     """Gaps and deflections, whichever way heights are positive, are the answer that they were."""
@@ -63,7 +63,7 @@ def test_tables_of_nodes_that_are_none_say_what_is_wrong(tmp_path, text, told):
 
 def test_unknown_suffixes_are_refused(tmp_path):
     model = cq.Cable(nodes=3, spacing=1.0, tension=1.0, load=1.0, support=1.0)
-    with pytest.raises(ValueError, match=r"unknown suffix '\.vtk'; known: \.nc \.csv"):
+    with pytest.raises(ValueError, match=r"unknown suffix '\.vtk'; known: \.nc \.csv \.zarr"):
         write_solution(cq.solve(model), model, tmp_path / "answer.vtk")
 
 
@@ -72,6 +72,7 @@ def test_a_file_is_replaced_as_a_whole_once(tmp_path, monkeypatch, suffix):
     replaced = []
     replace = Path.replace
     monkeypatch.setattr(Path, "replace", lambda self, target: replaced.append(target) or replace(self, target))
-    model = cq.Cable(nodes=3, spacing=1.0, tension=1.0, load=1.0, support=1.0)
+    model = cq.Membrane(LATTICE, 1.0, load=4.0, support=0.1)
     write_solution(cq.solve(model), model, tmp_path / f"answer{suffix}")
-    assert replaced == [tmp_path / f"answer{suffix}"]
+    # A store replaces its own parts while it is written.
+    assert [target for target in replaced if Path(target).parent == tmp_path] == [tmp_path / f"answer{suffix}"]

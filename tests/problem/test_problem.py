@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from meshes import scattered
 from scipy import ndimage, sparse
 from strategies import lattice_masks, m_matrices, problems
 
@@ -209,7 +210,8 @@ def test_a_parabola_is_not_trusted_where_arms_vary():
 
 
 def test_large_matrices_get_their_barrier_by_conjugate_gradients(monkeypatch):
-    matrix = cq.Membrane(cq.Frame.disk(1.0).lattice(0.025), 1.0, load=1.0, support=1.0).problem.G
+    disk = cq.Membrane(cq.Frame.disk(1.0).lattice(0.025), 1.0, load=1.0, support=1.0)
+    matrix, *_ = scattered(disk.problem)
     problem = cq.ContactQP(matrix, np.ones(matrix.shape[0]))
     assert problem.is_m_matrix
     monkeypatch.setattr(barriers, "DIRECT_SIZE", 10**6)

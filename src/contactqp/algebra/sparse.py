@@ -104,10 +104,10 @@ class SparseStiffness(Stiffness):
         return sparse.csr_array((entries.data[kept], (i[kept], j[kept])), shape=entries.shape)
 
     def recognised_lattice(self) -> Stencil | None:
-        """Return the rectangular lattice whose five-point matrix this is, up to rounding, or None."""
-        from .rectangle import rectangle_of
+        """Return the lattice whose five-point matrix this is, up to rounding, or None."""
+        from .recognition import lattice_of
 
-        return rectangle_of(self._matrix)
+        return lattice_of(self._matrix)
 
     def matvec(self, vector: Vector) -> Vector:
         """See `Stiffness.matvec`."""

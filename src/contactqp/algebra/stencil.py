@@ -306,9 +306,7 @@ class Stencil(LatticeStiffness):
         loose = np.bincount(part, weights=held[self.mask] > 0, minlength=count) == 0
         if loose.any():
             node = int(np.flatnonzero(loose[part])[0])
-            raise ValueError(
-                f"{int(loose.sum())} part(s) have no arm to the frame or the ground, among them that of node {node}"
-            )
+            raise ValueError(f"{int(loose.sum())} part(s) have no arm to the frame, among them that of node {node}")
 
     def padded_mask(self) -> Mask:
         """Return the mask with a ring of frame points about it."""

@@ -47,7 +47,7 @@ class ActiveSetBackend(Backend):
         problem, task
             See `Backend.solve`. Without a warm start it starts from ω = 0; with more than some thousand unknowns it
             works its way up from a coarse problem: that of a coarser lattice, if the matrix is recognised as a
-            rectangular lattice's, and else an algebraic one.
+            lattice's, numbered row by row, and else an algebraic one.
         history : bool
             Whether to record of every step: "exchanged" (nodes that changed sides) and "energy" (½ωᵀGω + qᵀω at its
             end, dimensionless; nan for a matrix that is not symmetric).

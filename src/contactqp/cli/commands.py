@@ -79,20 +79,28 @@ def solve(
     backend: Annotated[str, typer.Option(help="Name of the backend, see 'contactqp backends'.")] = "auto",
     tol: Tol = "1e-6",
     time_limit: TimeLimit = None,
-    out: Annotated[Path | None, typer.Option(help="Write all fields (.nc or .csv).", show_default=False)] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write all fields (.nc, .zarr, .csv, .vti, .vtu, .tif) or contact patches (.geojson).",
+            show_default=False,
+        ),
+    ] = None,
     plot: Plot = None,
 ) -> None:
     """Solve CASE by one backend.
 
     Exit code 0: certified; 1: not; 2: bad input; 130: interrupted.
     """
-    from ..io.writers import WRITERS, write_solution
+    from ..io.writers import WRITERS, require_suitable, write_solution
 
     check_output("--out", out, tuple(WRITERS))
     check_output("--plot", plot, PICTURES)
     from ..solving.solve import solve as solve_problem
 
     model, title = _read(case)
+    if out is not None:
+        require_suitable(out, model)
     solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
     _echo_facts(repr(solution))
     if solution.certificate is not None:
@@ -117,7 +125,7 @@ def certify(
         Path,
         typer.Argument(
             help="What any program computed for CASE: .npy or .csv with a number for each node, in their order or as "
-            "an array of the lattice's shape; or .nc or .csv as solve --out writes it.",
+            "an array of the lattice's shape; or .nc, .zarr or .csv as solve --out writes it.",
             show_default=False,
         ),
     ],
@@ -138,14 +146,14 @@ def certify(
     tol: Tol = "1e-6",
     out: Annotated[
         Path | None,
-        typer.Option(help="Write the enclosure (.json; all fields: .nc, .csv).", show_default=False),
+        typer.Option(help="Write the enclosure (.json; all fields as solve --out does).", show_default=False),
     ] = None,
 ) -> None:
     """Enclose the exact solution of CASE, given the ANSWER of any program in any language.
 
     Exit code 0: certified to the tolerance; 1: not; 2: bad input; 130: interrupted.
     """
-    from ..io.writers import WRITERS
+    from ..io.writers import WRITERS, require_suitable
     from .records import JSON, print_enclosure, write_enclosure
 
     check_output("--out", out, (JSON, *WRITERS))
@@ -153,6 +161,8 @@ def certify(
     from ..solving.answered import judged_answer
 
     model, _ = _read(case)
+    if out is not None:
+        require_suitable(out, model)
     judged = judged_answer(
         model,
         read_answer(answer, model, quantity.value, rows=None if rows is None else rows.value),

@@ -22,6 +22,8 @@ Mask = NDArray[np.bool_]
 def finite_number(value: object, name: str) -> float:
     """Return ``value`` as a float; it must be a real, finite scalar."""
     refused = (bool, np.bool_, str, bytes, complex, np.complexfloating)
+    if hasattr(value, "magnitude") and hasattr(value, "units"):
+        raise TypeError(f"{name} has a unit, {value!r}, which would be lost: hand over its magnitude")
     if isinstance(value, refused) or np.ndim(cast("Any", value)):
         raise TypeError(f"{name} must be a real number, got {value!r}")
     try:
@@ -73,6 +75,8 @@ def integer_at_least(value: object, low: int, name: str) -> int:
 
 def real_array(value: object, name: str, *, copied: bool = True) -> NDArray[np.float64]:
     """Return ``value`` as a float array, a new one unless told otherwise; complex and non-numeric data are refused."""
+    if hasattr(value, "magnitude") and hasattr(value, "units"):
+        raise TypeError(f"{name} has a unit, {shortened(repr(value))}, which would be lost: hand over its magnitude")
     if np.ma.is_masked(value):
         raise ValueError(f"{name} has masked entries; fill them first")
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 import threading
 from collections.abc import Iterator, Sequence
@@ -48,21 +49,41 @@ def require_writable(path: Path, known: Sequence[str], what: str) -> None:
     """
     require_suffix(path, known, what)
     require_folder(path, what)
-    if path.is_dir():
+    if path.is_dir() and not is_store(path):
         raise ValueError(f"cannot write the {what} {path}: there is a folder of that name")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise ValueError(f"cannot write the {what} {path}: permission denied")
 
 
+def is_store(path: Path) -> bool:
+    """Whether a folder is a Zarr store, which counts as one file."""
+    return (path / "zarr.json").is_file() or (path / ".zgroup").is_file()
+
+
 @contextmanager
 def replaced_as_a_whole(path: Path) -> Iterator[Path]:
-    """Give a file beside ``path`` to write to, which takes its place when that is done, and vanishes on an error."""
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
+    """Give a file beside ``path`` to write to, which takes its place when that is done, and vanishes on an error.
+
+    Its suffix is that of ``path``: libraries choose a format by it. It may be made a folder, as a Zarr store is; such a
+    store at ``path`` is moved aside first.
+    """
+    unfinished = path.with_name(f".{path.stem}.{os.getpid()}.{threading.get_ident()}.part{path.suffix}")
     try:
         yield unfinished
+        old = unfinished.with_suffix(".old")
+        if path.is_dir() and unfinished.is_dir():
+            path.replace(old)
         unfinished.replace(path)
+        _remove(old)
     finally:
-        unfinished.unlink(missing_ok=True)
+        _remove(unfinished)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -81,6 +81,39 @@ def loaded(module: str) -> Any:
     return importlib.import_module(module)
 
 
+def needed(module: str, purpose: str, install: str = "") -> Any:
+    """Return a module of a package that is not always installed.
+
+    Parameters
+    ----------
+    module : str
+        Full name.
+    purpose : str
+        What needs it, for the message.
+    install : str
+        What pip is to install; by default the module's package.
+
+    Raises
+    ------
+    ImportError
+        If it cannot be imported; the message says what needs it and what to type.
+
+    Examples
+    --------
+    >>> needed("json", "reading").__name__
+    'json'
+    >>> needed("no_such_package", "to_nothing")
+    Traceback (most recent call last):
+    ...
+    ImportError: to_nothing needs no_such_package: pip install 'no_such_package' (No module named 'no_such_package')
+    """
+    try:
+        return loaded(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        raise ImportError(f"{purpose} needs {package}: pip install '{install or package}' ({error})") from None
+
+
 def once(key: Hashable, work: Callable[[], object], kernels: str) -> None:
     """Do work that compiles kernels, unless it was done before under the same key."""
     if key not in _done:

@@ -178,8 +178,9 @@ def cable_on_foundation(nodes: int, contact_starts_after: int, stiffness: float 
 def cable_of_varying_tension(nodes: int, contact_starts_after: int, slope: float = 2.0) -> tuple[Cable, Vector]:
     """Return a cable whose tension grows towards its middle, and its exact continuous deflection at the nodes.
 
-    T = T₀(1 + αs) with the distance s from the nearer end, T₀ = p = L = 1; a flat floor. The free part from each end has
-    w' = p(a - s)/T, w = (p/T₀)[(a + 1/α) ln(1 + αs)/α - s/α], and touches the floor f = w(a) with slope zero at s = a.
+    T = T₀(1 + αs) with the distance s from the nearer end, T₀ = p = L = 1; a flat floor. The free part from each end
+    has w' = p(a - s)/T, w = (p/T₀)[(a + 1/α) ln(1 + αs)/α - s/α], and touches the floor f = w(a) with slope zero at
+    s = a.
 
     Parameters
     ----------

@@ -187,9 +187,9 @@ def orthotropic_ellipse(spacing: float = 0.1, *, fitted: bool = True) -> tuple[M
     """Return a fabric over an ellipse, pulled harder along x, and its exact continuous deflection at the nodes.
 
     Semi-axes a = 1.5 and b = 1, T_x = 2, T_y = 1, p = 1, no support:
-    w = p(1 - x²/a² - y²/b²)/(2(T_x/a² + T_y/b²)). Five-point differences of it are exact, so that the only error is that
-    of the frame: none where its points have the heights of that surface, and of first order where they lie at height
-    zero.
+    w = p(1 - x²/a² - y²/b²)/(2(T_x/a² + T_y/b²)). Five-point differences of it are exact, so that the only error is
+    that of the frame: none where its points have the heights of that surface, and of first order where they lie at
+    height zero.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def orthotropic_ellipse(spacing: float = 0.1, *, fitted: bool = True) -> tuple[M
     """
     spacing = positive_number(spacing, "spacing")
     columns, rows = (int(np.ceil(axis / spacing)) for axis in (_ELLIPSE_A, _ELLIPSE_B))
-    x, y = spacing * np.arange(-columns, columns + 1), spacing * np.arange(-rows, rows + 1)
+    x, y = (spacing * np.arange(-count, count + 1, dtype=np.float64) for count in (columns, rows))
     inside = _ellipse_height(x[None, :], y[:, None]) > 0
     lattice = Lattice(inside, spacing, (float(x[0]), float(y[0])))
     membrane = Membrane(

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Mask, Vector, finite_number, one_of, real_array
+from ..foundation.loading import load_modules
+from .labelled import APART, Places, is_dataarray, is_labelled, with_places
 from .lattice import Lattice
 
 FieldLike: TypeAlias = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
@@ -137,7 +139,8 @@ def values_at(
     good = np.isfinite(vector) | (vector == absent) if allow_inf else np.isfinite(vector)
     if not good.all():
         worst = int(np.argmin(good))
-        wanted = f"finite or {absent:+} (no {name})" if allow_inf else "finite"
+        what = "ceiling" if name == "ceiling" else "support"
+        wanted = f"finite or {absent:+} (no {what})" if allow_inf else "finite"
         raise ValueError(f"{name} must be {wanted}, but is {vector[worst]} at {describe(worst)}")
     return vector
 
@@ -172,9 +175,13 @@ def sample(
     ValueError
         If the shape does not fit, or a node's value is nan or not finite.
     """
+    if is_labelled(field):
+        field = with_places(field, name)
 
     def entries(given: Any) -> NDArray[np.float64]:
-        if is_dataarray(given) and given.ndim:
+        if isinstance(given, Places):
+            return lattice.gather(_places_on_lattice(given, lattice, name))
+        if is_dataarray(given) and given.ndim and given.dims != ("node",):
             return lattice.gather(on_lattice(lattice, given, name, rows))
         # What is masked outside the nodes does no harm.
         if _masked_grid(given, lattice):
@@ -229,8 +236,12 @@ def sample_points(
     TypeError, ValueError
         See `values_at`.
     """
+    if is_labelled(field):
+        field = with_places(field, name)
 
     def entries(given: Any) -> NDArray[np.float64]:
+        if is_dataarray(given) and set(given.dims) == {"x", "y"}:
+            return _at_points(given, positions[chosen], name)
         values = real_array(given, name)
         if values.shape == (len(positions),):
             return values[chosen]
@@ -245,6 +256,70 @@ def sample_points(
         return x, y
 
     return values_at(field, name, coordinates, entries, describe, chosen.size, allow_inf=allow_inf, absent=absent)
+
+
+def _at_points(field: Any, points: Vector, name: str) -> NDArray[np.float64]:
+    """Return a DataArray's values at points that it holds, shape (points,)."""
+    load_modules("xarray")
+    import xarray as xr
+
+    places = dict(zip("xy", points.T, strict=True))
+    for dim, wanted in places.items():
+        _require_reach(field, dim, float(wanted.min()), float(wanted.max()), name)
+    room = APART * max(float(np.ptp(points, axis=0).max()), np.finfo(float).tiny)
+    try:
+        at = {dim: xr.DataArray(wanted, dims="point") for dim, wanted in places.items()}
+        return real_array(field.sortby(["x", "y"]).sel(at, method="nearest", tolerance=room).values, name)
+    except KeyError:
+        raise ValueError(
+            f"{name} has no value at some of the nodes, which lie between its places; {_BETWEEN}"
+        ) from None
+
+
+_BETWEEN = "interpolate it: profiles.Gridded.of(array) does so linearly"
+
+
+def _require_reach(field: Any, dim: str, first: float, last: float, name: str, room: float = 0.0) -> None:
+    """Raise a ValueError that says where a DataArray ends, if the nodes go on from there."""
+    places = field[dim].values
+    low, high = float(places.min()), float(places.max())
+    if low > first + room or high < last - room:
+        raise ValueError(
+            f"{name} does not cover the lattice: its {dim} goes from {low:g} to {high:g}, and {first:g} to {last:g} "
+            "is needed"
+        )
+
+
+def _places_on_lattice(given: Places, lattice: Lattice, name: str) -> NDArray[np.float64]:
+    """Return the values on the lattice's array, nan where none is given; points outside it are left out.
+
+    Raises
+    ------
+    ValueError
+        If points lie between those of the lattice, or two at one place, or a node has none.
+    """
+    places = [(given.x - lattice.origin[0]) / lattice.spacing, (given.y - lattice.origin[1]) / lattice.spacing]
+    column, row = (np.rint(each).astype(np.int64) for each in places)
+    rows, columns = lattice.shape
+    inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    off = np.maximum(np.abs(places[0] - column), np.abs(places[1] - row)) > APART
+    grid = np.full(lattice.shape, np.nan)
+    on = inside & ~off
+    taken, counts = np.unique(row[on] * columns + column[on], return_counts=True)
+    if (counts > 1).any():
+        place = int(taken[counts.argmax()])
+        x, y = lattice.x[place % columns], lattice.y[place // columns]
+        raise ValueError(f"{name} has {counts.max()} values at x = {x:g}, y = {y:g}; leave one")
+    grid[row[on], column[on]] = given.values[on]
+    without = lattice.gather(np.isin(np.arange(lattice.mask.size), taken, invert=True).reshape(lattice.shape))
+    if without.any():
+        node = int(np.argmax(without))
+        between = "; its points lie between the nodes" if (inside & off).any() else ""
+        raise ValueError(
+            f"{name} has no value at {lattice.describe(node)} and {int(without.sum()) - 1} other nodes{between}; "
+            "interpolate it first"
+        )
+    return grid
 
 
 def _masked_grid(field: Any, lattice: Lattice) -> bool:
@@ -331,11 +406,6 @@ def is_function(field: Any) -> bool:
     return callable(field) and not is_dataarray(field)
 
 
-def is_dataarray(value: Any) -> bool:
-    """Whether ``value`` is an xarray.DataArray, found out without importing xarray."""
-    return hasattr(value, "dims") and hasattr(value, "coords")
-
-
 def on_lattice(lattice: Lattice, field: Any, name: str, rows: Rows = "up") -> NDArray[np.float64]:
     """Return a DataArray's values on the lattice's shape; ``rows`` tells what a missing coordinate y does not."""
     wanted = ("y", "x")
@@ -348,14 +418,16 @@ def on_lattice(lattice: Lattice, field: Any, name: str, rows: Rows = "up") -> ND
         if dim in field.coords:
             if np.unique(field[dim].values).size != field.sizes[dim]:
                 raise ValueError(f"{name} has repeated coordinates along {dim}")
+            room = APART * lattice.spacing
             try:
-                field = field.sortby(dim).sel({dim: points}, method="nearest", tolerance=1e-6 * lattice.spacing)
-            except (TypeError, ValueError) as error:
+                _require_reach(field, dim, float(points[0]), float(points[-1]), name, room)
+                field = field.sortby(dim).sel({dim: points}, method="nearest", tolerance=room)
+            except TypeError as error:
                 raise ValueError(f"{name} cannot be aligned with the lattice along {dim}: {error}") from None
             except KeyError:
                 raise ValueError(
-                    f"{name} does not cover the lattice: its {dim} must hold {points[0]:g}, ..., {points[-1]:g} "
-                    f"({points.size} values, spacing {lattice.spacing:g})"
+                    f"{name} has no value at some of {dim} = {points[0]:g}, ..., {points[-1]:g} "
+                    f"({points.size} places, spacing {lattice.spacing:g}), which lie between its own; {_BETWEEN}"
                 ) from None
     values = real_array(field.values, name)
     if "y" not in field.coords:
@@ -382,6 +454,8 @@ def frame_heights(lattice: Lattice, needed: Mask, value: Any, rows: Rows = "up")
         value = finite_number(value, "frame_height")
         if value == 0:
             return None
+    if is_labelled(value):
+        value = with_places(value, "frame_height")
     padded = np.zeros([count + 2 for count in lattice.shape])
     if is_dataarray(value):
         value, rows = on_lattice(lattice, value, "frame_height", rows), "up"

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +16,8 @@ from ..foundation.checks import Mask, finite_number, positive_number
 from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted, drawn
-from .lattice import Lattice, refuse_indistinct, spacing_of_nodes
+from .contours import crs_in, polygons_in, polygons_of, read_geojson
+from .lattice import Lattice, checked_crs, refuse_indistinct, spacing_of_nodes
 from .on_contour import FrameFit
 from .sides import Sides, is_whole
 
@@ -33,8 +36,15 @@ _RELATIVE_TOLERANCE = 1e-9
 class Frame:
     """A plane contour, possibly with holes and several parts.
 
-    Make one with `rectangle`, `hexagon`, `disk`, `polygon` or `from_shapely`; join, cut and intersect
-    frames with ``|``, ``-`` and ``&``. All lengths are in the unit of the lattice spacing.
+    Make one with `rectangle`, `hexagon`, `disk`, `polygon`, `from_shapely`, `from_wkt` or `from_geojson`; join, cut and
+    intersect frames with ``|``, ``-`` and ``&``. All lengths are in the unit of the lattice spacing.
+
+    Attributes
+    ----------
+    geometry : shapely geometry
+        The contour.
+    crs : str
+        Coordinate reference system of the coordinates, see `in_crs`; ``""`` if none is known.
 
     Examples
     --------
@@ -50,6 +60,7 @@ class Frame:
         self.geometry = geometry
         self._inside = inside
         self._name = name
+        self.crs = ""
 
     @classmethod
     def rectangle(cls, width: float, height: float, center: Point = (0.0, 0.0)) -> Frame:
@@ -156,8 +167,13 @@ class Frame:
         return frame
 
     @classmethod
-    def from_shapely(cls, geometry: BaseGeometry) -> Frame:
-        """Wrap a shapely Polygon or MultiPolygon.
+    def from_shapely(cls, geometry: BaseGeometry | Any) -> Frame:
+        """Wrap a shapely Polygon or MultiPolygon, a closed ring, a collection of these, or what tells such a geometry.
+
+        Parameters
+        ----------
+        geometry : shapely geometry, or object with ``__geo_interface__``
+            Polygons of a collection are joined.
 
         Raises
         ------
@@ -169,6 +185,7 @@ class Frame:
         load_modules("shapely")
         import shapely
 
+        geometry = polygons_of(geometry)
         kind = getattr(geometry, "geom_type", type(geometry).__name__)
         if kind not in ("Polygon", "MultiPolygon"):
             raise TypeError(f"geometry must be a shapely Polygon or MultiPolygon, got {kind}")
@@ -178,6 +195,95 @@ class Frame:
             raise ValueError("the contour encloses no area")
 
         return cls(geometry, _polygon_predicate(geometry), f"from_shapely({kind})")
+
+    def in_crs(self, crs: str | int) -> Frame:
+        """Return the frame with its coordinates said to be those of a coordinate reference system.
+
+        Nothing is transformed; the lattices and models that are made from the frame know it, and so do their files.
+
+        Parameters
+        ----------
+        crs : str or int
+            As ``"EPSG:25832"``, as WKT, or an EPSG code; its axes must be metres, or another length, and not degrees.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> field = cq.Frame.rectangle(200, 100, center=(450_100, 5_500_050)).in_crs(25832)
+        >>> field.lattice(10.0).crs
+        'EPSG:25832'
+        """
+        frame = copy(self)
+        frame.crs = checked_crs(crs)
+        return frame
+
+    def _crs_with(self, other: Frame) -> str:
+        if self.crs and other.crs and self.crs != other.crs:
+            raise ValueError(f"{self!r} is in {self.crs}, and {other!r} in {other.crs}; bring both into one system")
+        return self.crs or other.crs
+
+    @classmethod
+    def from_wkt(cls, text: str) -> Frame:
+        """Return the polygon, with holes and in several parts if need be, that well-known text describes.
+
+        Parameters
+        ----------
+        text : str
+            ``"POLYGON ((...))"``, ``"MULTIPOLYGON (...)"``; ``"SRID=25832;POLYGON ..."`` tells the coordinate reference
+            system as well.
+
+        Raises
+        ------
+        ValueError
+            If it is no such text, or no valid polygon.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> frame = cq.Frame.from_wkt("SRID=25832; POLYGON ((0 0, 4 0, 4 3, 0 3, 0 0), (1 1, 2 1, 2 2, 1 2, 1 1))")
+        >>> frame.area, frame.crs
+        (11.0, 'EPSG:25832')
+        """
+        load_modules("shapely")
+        import shapely
+
+        head, _, rest = text.partition(";")
+        told = head.strip().upper().startswith("SRID=") and rest
+        try:
+            geometry = shapely.from_wkt((rest if told else text).strip())
+        except shapely.errors.ShapelyError as error:
+            raise ValueError(f"the contour is no well-known text: {error}") from None
+        return cls.from_shapely(geometry).in_crs(f"EPSG:{head.partition('=')[2].strip()}" if told else "")
+
+    @classmethod
+    def from_geojson(cls, source: str | Path | Mapping[str, Any]) -> Frame:
+        """Return the polygons of a GeoJSON geometry, feature or collection of features, joined.
+
+        Parameters
+        ----------
+        source : path, str or mapping
+            A file (``.geojson`` or ``.json``), the text itself, or what `json.loads` makes of it. Coordinates are taken
+            as they are, as lengths; a member ``crs``, which the older specification has, tells their system.
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is no such file.
+        TypeError, ValueError
+            If it is no GeoJSON of polygons; the message tells the file.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> square = {"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]]}
+        >>> cq.Frame.from_geojson({"type": "Feature", "geometry": square, "properties": {}}).area
+        4.0
+        """
+        name, data = read_geojson(source)
+        try:
+            return cls.from_shapely(polygons_in(data)).in_crs(crs_in(data))
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"{name}{error}") from None
 
     @property
     def area(self) -> float:
@@ -246,7 +352,7 @@ class Frame:
                 f"{inside} of spacing {spacing:g} lies inside {self!r}; "
                 f"choose a spacing well below {min(right - left, top - bottom):g}"
             )
-        return laid.lattice()
+        return laid.lattice(self.crs)
 
     def _corner_that_fits(self, spacing: float) -> Point:
         """Return an origin by which the frame's box lies on the lattice, in each direction where there is one."""
@@ -307,7 +413,7 @@ class Frame:
             # The joined polygon adds the points of edges that both share, which are inside neither.
             return np.asarray(self._inside(x, y, margin) | other._inside(x, y, margin) | in_joined(x, y, margin))
 
-        return Frame(joined, inside, f"{self._name} | {other._name}")
+        return Frame(joined, inside, f"{self._name} | {other._name}").in_crs(self._crs_with(other))
 
     def __and__(self, other: Frame) -> Frame:
         def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
@@ -315,7 +421,7 @@ class Frame:
 
         geometry = self.geometry.intersection(other.geometry)
         _refuse_empty(geometry, f"{self!r} & {other!r}")
-        return Frame(geometry, inside, f"{self._name} & {other._name}")
+        return Frame(geometry, inside, f"{self._name} & {other._name}").in_crs(self._crs_with(other))
 
     def __sub__(self, other: Frame) -> Frame:
         def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
@@ -323,7 +429,7 @@ class Frame:
 
         geometry = self.geometry.difference(other.geometry)
         _refuse_empty(geometry, f"{self!r} - {other!r}")
-        return Frame(geometry, inside, f"{self._name} - {other._name}")
+        return Frame(geometry, inside, f"{self._name} - {other._name}").in_crs(self._crs_with(other))
 
     def __repr__(self) -> str:
         return f"Frame.{self._name}"

@@ -12,6 +12,7 @@ from ..foundation.checks import Mask, Vector, finite_number, one_of, positive_nu
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted, drawn
 from ..foundation.text import counted
+from .labelled import grid_of, is_dataarray, is_labelled, with_places
 from .numbering import Numbering
 
 if TYPE_CHECKING:
@@ -36,6 +37,9 @@ class Lattice:
     rows : {"up", "down"}
         Which way y goes from row to row of ``mask``: ``"up"``, its first row is that of the smallest y; ``"down"``, of
         the largest, as in a picture. The lattice's own arrays go up in either case.
+    crs : str
+        The coordinate reference system of x and y, as ``"EPSG:25832"`` or as WKT; it goes into files. ``""`` if none is
+        known.
 
     Raises
     ------
@@ -77,6 +81,7 @@ class Lattice:
         rows: str = "up",
         overshoot: float = 0.0,
         caution: str = "",
+        crs: str = "",
     ) -> None:
         points = np.array(mask)
         if points.dtype != np.bool_:
@@ -89,7 +94,7 @@ class Lattice:
             raise ValueError(f"mask of shape {points.shape} holds no node: choose a smaller spacing or a larger frame")
         down = one_of(rows, ("up", "down"), "rows") == "down"
         self.mask: Mask = read_only(np.ascontiguousarray(points[::-1]) if down else points)
-        self.overshoot, self.caution = overshoot, caution
+        self.overshoot, self.caution, self.crs = overshoot, caution, checked_crs(crs)
         self.spacing = spacing_of_nodes(spacing)
         if np.shape(origin) != (2,):
             raise ValueError(f"origin must be a pair (x, y), got {origin!r}")
@@ -99,10 +104,29 @@ class Lattice:
 
     @classmethod
     def from_mask(
-        cls, mask: ArrayLike, spacing: float, origin: tuple[float, float] = (0.0, 0.0), *, rows: str = "up"
+        cls,
+        mask: ArrayLike,
+        spacing: float,
+        origin: tuple[float, float] = (0.0, 0.0),
+        *,
+        rows: str = "up",
+        crs: str = "",
     ) -> Lattice:
-        """Make a lattice from a boolean array: True = node, all else is frame (see the class)."""
-        return cls(mask, spacing, origin, rows=rows)
+        """Make a lattice from a boolean array: True = node, all else is frame (see the class).
+
+        An xarray.DataArray, or a pandas.DataFrame with numbers for labels, tells by its coordinates where its points
+        lie; ``rows`` and ``origin`` are then left aside.
+
+        Raises
+        ------
+        ValueError
+            If coordinates are not equally spaced by ``spacing``, or see the class.
+        """
+        mask = with_places(mask, "mask") if is_labelled(mask) else mask
+        if is_dataarray(mask):
+            mask, places = grid_of(mask, spacing, "mask")
+            rows, origin = ("up", places) if places is not None else (rows, origin)
+        return cls(mask, spacing, origin, rows=rows, crs=crs)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -233,6 +257,39 @@ class Lattice:
         nodes = counted(self.size, "node")
         outside = f", {self.fit}" if self.fit else ""
         return f"Lattice({nodes} in {rows} x {columns}, spacing={self.spacing:g}{outside})"
+
+
+def patches_on_grid(contact: Mask) -> tuple[NDArray[np.int64], int]:
+    """Return to which patch each point of an array belongs that is True, from 1 on, and how many there are.
+
+    Points side by side in a row or a column are joined.
+
+    Examples
+    --------
+    >>> patches_on_grid(np.array([[True, False, True], [False, True, True]]))
+    (array([[1, 0, 2],
+           [0, 2, 2]]), 2)
+    """
+    load_modules("scipy.ndimage")
+    from scipy import ndimage
+
+    labels, count = ndimage.label(contact)
+    return labels.astype(np.int64), int(count)
+
+
+def checked_crs(value: object) -> str:
+    """Return ``value`` if it names a coordinate reference system, or none by ``""``; a number is an EPSG code.
+
+    Examples
+    --------
+    >>> checked_crs(25832), checked_crs(" EPSG:4326 "), checked_crs("")
+    ('EPSG:25832', 'EPSG:4326', '')
+    """
+    if isinstance(value, int) and not isinstance(value, bool) and value > 0:
+        return f"EPSG:{value}"
+    if not isinstance(value, str):
+        raise TypeError(f"crs must be text, as 'EPSG:25832' or WKT, or an EPSG code, got {value!r}")
+    return value.strip()
 
 
 _LEAST_SPACING, _LARGEST_SPACING = 1e-140, 1e140

@@ -114,9 +114,9 @@ def _harmonic(first: Grid, second: Grid) -> Grid:
 def _in_the_middle(lattice: Lattice, function: Any, name: str, used: Mask, axis: int) -> Grid:
     row, column = np.nonzero(used)
     half = 0.5 * lattice.spacing
-    # Arms are counted from the ring: the first one of a row ends on its first point.
+    # The first arm of a row begins on the ring.
     x, y = lattice.ring_coordinates(row + (axis == 1), column + (axis == 0))
-    x, y = (x - half, y) if axis == 1 else (x, y - half)
+    x, y = (x + half, y) if axis == 1 else (x, y + half)
     values = np.array(np.broadcast_to(evaluated(function, x, y, name), x.shape))
     _refuse(values, name, lambda arm: f"in the middle of an arm (x={x[arm]:g}, y={y[arm]:g})")
     arms = np.zeros(used.shape)

@@ -109,12 +109,12 @@ class FrameFit:
             low, high, last = (middle, high, beyond) if beyond.size else (low, middle, last)
         return high, float(x[last[0]]), float(y[last[0]])
 
-    def lattice(self) -> Lattice:
-        """Return the lattice, with a caution where the frame grows, and warn if it grows a good deal."""
+    def lattice(self, crs: str) -> Lattice:
+        """Return the lattice, in a coordinate reference system; a frame that grows is told of, if much by a warning."""
         caution = self._caution() if self.overshoot else ""
         if caution and self.loudest > _LOUD:
             warnings.warn(caution, ContactWarning, stacklevel=stacklevel_outside())
-        return Lattice(self.mask, self.spacing, self.origin, overshoot=self.overshoot, caution=caution)
+        return Lattice(self.mask, self.spacing, self.origin, overshoot=self.overshoot, caution=caution, crs=crs)
 
     def _caution(self) -> str:
         distance, x, y = self._farthest

@@ -16,10 +16,13 @@ from ..models.base import ContactModel
 from .data_files import Reading, read_numbers
 from .netcdf import read_netcdf
 from .node_tables import is_node_table, read_node_table
+from .zarr_stores import read_zarr
 
 Quantity = Literal["gap", "deflection"]
 
-SUFFIXES = (".npy", ".csv", ".nc")
+_DATASETS: dict[str, Callable[[Path], Any]] = {".nc": read_netcdf, ".zarr": read_zarr}
+
+SUFFIXES = (".npy", ".csv", *_DATASETS)
 
 
 def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap", *, rows: Rows | None = None) -> Vector:
@@ -30,7 +33,7 @@ def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap", *, 
     path : Path
         .npy or .csv: a vector in node order, or an array of the lattice's shape, whose entries that are no nodes may
         be anything. .csv with a line of names that has ``node``: a line for each node, in any order, and a column named
-        after the quantity. .nc: a variable named after it, along node, or y and x.
+        after the quantity. .nc or .zarr: a variable named after it, along node, or y and x.
     model : Membrane, Cable or CableNet
     quantity : {"gap", "deflection"}
         What the file holds (length); deflections are positive as the model's heights.
@@ -57,14 +60,15 @@ def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap", *, 
     >>> read_answer(file, cable, "deflection").round(9)
     array([0.1, 0. , 0.1])
     """
-    if not path.is_file():
+    suffix = path.suffix.lower()
+    if not (path.is_file() or (suffix in _DATASETS and path.exists())):
         raise CaseFileError(f"there is no file {shortened(path, 200)}")
-    if path.suffix.lower() not in SUFFIXES:
+    if suffix not in SUFFIXES:
         raise CaseFileError(f"{path}: unknown kind {path.suffix!r}; known: {' '.join(SUFFIXES)}")
     try:
-        if path.suffix.lower() == ".nc":
+        if suffix in _DATASETS:
             return _of_dataset(path, model, quantity, rows)
-        if path.suffix.lower() == ".csv" and is_node_table(path):
+        if suffix == ".csv" and is_node_table(path):
             return _of_table(path, model, quantity)
         grid = read_numbers(path, Reading()).values.astype(np.float64)
         one_dimensional = 1 in grid.shape and grid.size == model.size
@@ -88,7 +92,7 @@ def _in_own_rows(field: Any, model: ContactModel, name: str, rows: Rows | None) 
 
 
 def _of_dataset(path: Path, model: ContactModel, quantity: Quantity, rows: Rows | None) -> Vector:
-    data = read_netcdf(path)
+    data = _DATASETS[path.suffix.lower()](path)
 
     def values(name: Quantity) -> Vector:
         found = data[name]

@@ -87,8 +87,9 @@ def _place(location: tuple[int | str, ...], case: type[Section]) -> tuple[list[i
         if names[0] not in _FIELDS:
             continue
         if len(names) == 1 and parts and parts[0] in ("one", "pair"):
-            if parts.pop(0) == "pair" and parts:
-                names.append(parts.pop(0))
+            kind, *parts = parts
+            names += parts[:1] if kind == "pair" else []
+            parts = parts[1:] if kind == "pair" else parts
         if len(names) == 1 or (len(names) == 2 and isinstance(names[1], int)):
             while parts and (parts[0] in _WAYS or parts[0] in SECTIONS):
                 kind = str(parts.pop(0))

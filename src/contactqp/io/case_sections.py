@@ -306,6 +306,8 @@ class MembraneCase(Section):
     """A point of the lattice, x and y (length); by default one by which the frame fits, or (0, 0)."""
     upwards: StrictBool = False
     """Whether heights are elevations, positive upwards."""
+    crs: str = ""
+    """Coordinate reference system of x and y, as "EPSG:25832"; a mask's .tif file may tell it, too."""
     tension: TensionOrPair
     """Force per length: a number or a file; or two of these in brackets, along x and along y."""
     load: Load

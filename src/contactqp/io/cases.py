@@ -162,7 +162,7 @@ def _membrane(case: MembraneCase, path: Path) -> Membrane:
     if isinstance(case.frame, MaskFile):
         lattice = _masked(case, case.frame, files)
     else:
-        lattice = case.frame.build().lattice(case.spacing, case.origin)
+        lattice = case.frame.build().in_crs(case.crs).lattice(case.spacing, case.origin)
     fields = {
         "load": files.field(case.load, "load", lattice),
         "support": files.field(case.support, "support", lattice, upwards=case.upwards),
@@ -200,7 +200,7 @@ def _masked(case: MembraneCase, frame: MaskFile, files: _Files) -> Lattice:
                 "transform = false"
             )
         origin = placed
-    return Lattice(mask, case.spacing, (0.0, 0.0) if origin is None else origin)
+    return Lattice(mask, case.spacing, (0.0, 0.0) if origin is None else origin, crs=case.crs or raster.crs)
 
 
 def _cable(case: CableCase, path: Path) -> Cable:

@@ -17,7 +17,7 @@ from ..foundation.checks import nearest
 from ..foundation.text import shortened
 from ..profiles.sample_files import check_separators
 from .headers import read_npy
-from .rasters import Raster, read_picture, read_tiff
+from .rasters import Raster, raster_of_points, read_picture, read_tiff
 
 
 def existing_file(case_path: Path, key: str, name: str) -> Path:
@@ -39,7 +39,7 @@ class Reading:
     Attributes
     ----------
     key : str or None
-        Which array of a .npz file; None for its only one.
+        Which array of a .npz file, column of a table with x and y, or band of a .tif file; None for the only one.
     delimiter, decimal : str
         What separates the columns of a .csv file, and what begins the decimals of its numbers.
     """
@@ -105,11 +105,37 @@ def _array_of_archive(file: Path, how: Reading) -> NDArray[Any]:
             return read_npy(stream, entry.file_size)
 
 
-def _table(file: Path, how: Reading) -> NDArray[Any]:
+def _table(file: Path, how: Reading) -> NDArray[Any] | Raster:
+    if _names_places(file, how.delimiter):
+        return _points(file, how)
     check_separators(how.delimiter, how.decimal)
     with file.open(encoding="utf-8-sig") as lines:
         plain = lines if how.decimal == "." else (line.replace(how.decimal, ".") for line in lines)
         return np.loadtxt(plain, delimiter=how.delimiter, ndmin=2)
+
+
+def _points(file: Path, how: Reading) -> Raster:
+    """Return the values of a file with x, y and a value in each line, whose places are those of a grid."""
+    check_separators(how.delimiter, how.decimal)
+    with file.open(encoding="utf-8-sig") as lines:
+        text = [line if how.decimal == "." else line.replace(how.decimal, ".") for line in lines]
+    told = [line for line in text if line.strip() and not line.startswith("#")]
+    first = told[0] if told else ""
+    delimiter = how.delimiter if how.delimiter in first else None
+    names = [name.strip().lower() for name in first.split(delimiter)]
+    named = {"x", "y"} <= set(names)
+    others = [name for name in names if name not in ("x", "y")]
+    wanted = how.key.lower() if how.key is not None else others[0] if len(others) == 1 else None
+    if named and wanted not in others:
+        raise CaseFileError(f"choose one of its columns by key: {', '.join(others) or 'it has none but x and y'}")
+    columns = [names.index(each) for each in ("x", "y", wanted)] if named else [0, 1, 2]  # type: ignore[arg-type]
+    return raster_of_points(*np.loadtxt(told[int(named) :], delimiter=delimiter, ndmin=2, usecols=columns).T)
+
+
+def _names_places(file: Path, delimiter: str) -> bool:
+    """Whether the first line of a .csv file names columns x and y."""
+    with file.open(encoding="utf-8-sig", errors="replace") as lines:
+        return {"x", "y"} <= {name.strip().lower() for name in lines.readline(100_000).split(delimiter)}
 
 
 def _picture(file: Path, how: Reading) -> Raster:
@@ -117,13 +143,14 @@ def _picture(file: Path, how: Reading) -> Raster:
 
 
 def _tiff(file: Path, how: Reading) -> Raster:
-    return read_tiff(file)
+    return read_tiff(file, how.key)
 
 
 READERS: dict[str, Callable[[Path, Reading], NDArray[Any] | Raster]] = {
     ".npy": _array,
     ".npz": _array_of_archive,
     ".csv": _table,
+    ".xyz": _points,
     ".png": _picture,
     ".jpg": _picture,
     ".tif": _tiff,

@@ -51,7 +51,7 @@ def upright(raster: Raster, rows: Rows | None, no_data: float | None, *, transfo
         raise CaseFileError(
             f"rows = {rows!r}, but by its geo-transform they go {own}; leave rows out, or set transform = false"
         )
-    return Raster(upwards_rows(values, own), places=(x, y[::-1] if own == "down" else y))
+    return Raster(upwards_rows(values, own), places=(x, y[::-1] if own == "down" else y), crs=raster.crs)
 
 
 def rows_of(raster: Raster, rows: Rows | None, *, transform: bool) -> Rows:

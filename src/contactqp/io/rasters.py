@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import CaseFileError
-from ..foundation.checks import Vector
+from ..foundation.checks import Vector, nearest
+from ..foundation.limits import BYTES_OF_A_PIXEL, refuse_too_many
+from ..foundation.loading import loaded
 from ..geometry.fields import Rows
 from .headers import opened_picture
 
@@ -31,12 +34,43 @@ class Raster(NamedTuple):
         The value that stands for none, if the file names one.
     places : pair of arrays, shape (columns,) and (rows,), or None
         x of the columns and y of the rows (length), if the file holds a geo-transform.
+    crs : str
+        The coordinate reference system of these, as ``"EPSG:25832"``; ``""`` if the file tells none.
     """
 
     values: NDArray[Any]
     rows: Rows = "up"
     no_data: float | None = None
     places: tuple[Vector, Vector] | None = None
+    crs: str = ""
+
+
+def raster_of_points(x: Vector, y: Vector, values: Vector) -> Raster:
+    """Return the values at points that are those of a grid of equal steps, nan where there is none.
+
+    Raises
+    ------
+    CaseFileError
+        If they are not, or two lie at one place.
+    """
+    grids = []
+    for name, places in (("x", x), ("y", y)):
+        along = np.unique(places)
+        steps = np.diff(along)
+        if along.size > 1 and (not np.isfinite(along).all() or np.ptp(steps) > 1e-6 * steps.min()):
+            raise CaseFileError(
+                f"its points lie on no grid of equal steps along {name}: interpolate them onto one, or onto the nodes"
+            )
+        grids.append(along)
+    column, row = np.searchsorted(grids[0], x), np.searchsorted(grids[1], y)
+    places, counts = np.unique(row * grids[0].size + column, return_counts=True)
+    if (counts > 1).any():
+        k = np.flatnonzero(row * grids[0].size + column == places[counts.argmax()])[0]
+        raise CaseFileError(f"it has {counts.max()} values at x = {x[k]:g}, y = {y[k]:g}; leave one")
+    refuse_too_many(grids[0].size * grids[1].size, "places", BYTES_OF_A_PIXEL, "thin the data out")
+    grid = np.full((grids[1].size, grids[0].size), np.nan)
+    grid[row, column] = values
+    return Raster(grid, "up", None, (grids[0], grids[1]))
 
 
 def read_picture(file: Path) -> Raster:
@@ -75,8 +109,67 @@ _KINDS = {
 """The numbers that Pillow hands on as they are stored, by bits and sample format."""
 
 
-def read_tiff(file: Path) -> Raster:
-    """Return the numbers of a TIFF file of one band as they are stored, its no-data value and its geo-transform."""
+def read_tiff(file: Path, band: str | None = None) -> Raster:
+    """Return the numbers of a TIFF file as they are stored, its no-data value, its geo-transform and its system.
+
+    Files of several bands, and of numbers that Pillow does not know, are read by rasterio, if it is installed.
+
+    Parameters
+    ----------
+    file : Path
+    band : str or None
+        The name or the number, from 1 on, of the band; None for the only one.
+    """
+    try:
+        if band is None:
+            return _by_pillow(file)
+        refusal = CaseFileError(f"band {band!r} of a TIFF file is read by rasterio: pip install 'contactqp[geo]'")
+    except CaseFileError as error:
+        if _OTHER_KIND not in str(error) and "bands" not in str(error):
+            raise
+        refusal = error
+    try:
+        rasterio = loaded("rasterio")
+    except ImportError:
+        raise refusal from None
+    try:
+        return _by_rasterio(rasterio, file, band)
+    except rasterio.errors.RasterioError:
+        raise refusal from None
+
+
+_STORED = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
+
+
+def _by_rasterio(rasterio: Any, file: Path, band: str | None) -> Raster:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+        with rasterio.open(file, driver="GTiff") as data:
+            refuse_too_many(data.width * data.height, "pixels", BYTES_OF_A_PIXEL, "scale the picture down")
+            names = [name or str(number) for number, name in enumerate(data.descriptions, 1)]
+            if band is None and data.count != 1:
+                raise CaseFileError(f"a TIFF file of {data.count} bands; choose one by key: {', '.join(names)}")
+            known = [*names, *map(str, range(1, data.count + 1))]
+            if band is not None and band not in known:
+                raise CaseFileError(f"no band {band!r} in it; it has {', '.join(names)}{nearest(band, names)}")
+            number = 1 if band is None else names.index(band) + 1 if band in names else int(band)
+            palette = data.colorinterp[number - 1] == rasterio.enums.ColorInterp.palette
+            if palette or data.tags(ns="IMAGE_STRUCTURE").get("MINISWHITE") or data.dtypes[number - 1] not in _STORED:
+                raise CaseFileError(_OTHER_KIND)
+            if data.subdatasets:
+                raise CaseFileError("a TIFF file of several pages; extract the one that holds the values")
+            values, move = data.read(number), data.transform
+            if move.b or move.d:
+                raise CaseFileError("its geo-transform turns or shears the rows; bring it to rows along x first")
+            places = None
+            if not move.is_identity:
+                x = move.c + move.a * (np.arange(data.width) + 0.5)
+                places = x, move.f + move.e * (np.arange(data.height) + 0.5)
+            crs = data.crs.to_string() if data.crs else ""
+            return Raster(values, "down", data.nodata, places, crs)
+
+
+def _by_pillow(file: Path) -> Raster:
     with _opened(file) as picture:
         tags: Any = picture.tag_v2  # type: ignore[attr-defined]
         _refuse_other_pages(picture)
@@ -88,7 +181,7 @@ def read_tiff(file: Path) -> Raster:
             raise CaseFileError(_OTHER_KIND)
         values = np.asarray(picture).astype(_KINDS[kind])
         no_data = _no_data(tags)
-        return Raster(values, "down", no_data, _places(tags, values.shape))
+        return Raster(values, "down", no_data, _places(tags, values.shape), _crs(tags))
 
 
 _OTHER_KIND = (
@@ -124,6 +217,16 @@ def _no_data(tags: Any) -> float | None:
         return float(text)
     except ValueError:
         raise CaseFileError(f"its no-data value is {text!r}, which is no number") from None
+
+
+_PROJECTED, _USER_DEFINED = 3072, 32767
+
+
+def _crs(tags: Any) -> str:
+    """Return the EPSG code of the file's projected system, ``""`` where none is told."""
+    keys = tags.get(_GEO_KEYS, ())
+    codes = [keys[k + 3] for k in range(4, len(keys) - 3, 4) if keys[k] == _PROJECTED]
+    return f"EPSG:{codes[0]}" if codes and codes[0] not in (0, _USER_DEFINED) else ""
 
 
 def _places(tags: Any, shape: tuple[int, ...]) -> tuple[Vector, Vector] | None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,10 +16,13 @@ from numpy.typing import NDArray
 from ..errors import ContactWarning
 from ..foundation.cards import card
 from ..foundation.checks import Mask, Vector, read_only, repeated, times, vector
+from ..foundation.loading import load_modules
 from ..foundation.outside import stacklevel_outside
 from ..foundation.pictures import UnitNames, Wanted, drawn, drawn_in_space
 from ..foundation.text import counted, span_of
-from ..geometry.fields import Rows, in_rows, is_dataarray, sample_points
+from ..foundation.units import plain
+from ..geometry.fields import Rows, in_rows, sample_points
+from ..geometry.labelled import is_dataarray
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from ..problem.barrier import Barrier
@@ -66,6 +70,10 @@ _LEAST_DEPTH = 1e-6
 
 _BEYOND = 1e4
 """A support that lies so many times as deep as the load can press any node counts as none: its depth costs digits."""
+
+
+_QUANTITIES = dict.fromkeys(("frame_height", "fixed_height", "spacing", "span", "start", "positions"), "length")
+"""What arguments that are no fields of a model's `units` must be."""
 
 
 class Coordinate(NamedTuple):
@@ -149,6 +157,9 @@ class ContactModel(ABC):
         deflection: force per area and length where there is a `node_area`, else force per length. None without one.
     node_area : array, shape (n,), or None
         Area (cable: length) that each node stands for; None if nodes stand for none.
+    unit_names : mapping of str to str
+        Units of ``"length"`` and ``"force"`` in symbols, as far as they have been told: what is given with a unit is
+        checked and converted to them, and files tell them.
     """
 
     load: Vector
@@ -157,6 +168,7 @@ class ContactModel(ABC):
     node_area: Vector | None = None
     ceiling: Vector | None = None
     foundation: Vector | None = None
+    unit_names: Mapping[str, str] = MappingProxyType({})
     _datum: float = 0.0
     """Mean depth of the frame (length, positive downwards)."""
     _known_unreachable: Mask | None = None
@@ -229,11 +241,16 @@ class ContactModel(ABC):
         TypeError, ValueError
             If the values have the wrong kind or shape or are not finite.
         """
+        field = self.without_unit(field, name)
         places = np.column_stack([self.node_x, self.node_y])
         absent = self._no_support if absent is None else absent
         chosen = np.arange(len(places))
         values = sample_points(places, chosen, field, name, self.describe, allow_inf=allow_inf, absent=absent)
         return read_only(np.array(values))
+
+    def without_unit(self, value: Any, name: str) -> Any:
+        """Return a value that may have a unit in the model's own, see `contactqp.foundation.units.plain`."""
+        return plain(value, name, self.units.get(name) or _QUANTITIES.get(name, "1"), self.unit_names)
 
     def in_own_rows(self, field: Any, name: str, rows: Rows | None) -> Any:
         """Return a field as `at_nodes` takes it, where an array has been said to have its rows ``"up"`` or ``"down"``.
@@ -343,6 +360,35 @@ class ContactModel(ABC):
             told = "stiffness of the elastic foundation, which pulls to height zero"
             found["foundation"] = (self.foundation, self.units["foundation"], told)
         return found
+
+    @property
+    def crs(self) -> str:
+        """Coordinate reference system of x and y, as ``"EPSG:25832"``; ``""`` if none is known."""
+        return "" if self._laid_on is None else self._laid_on.crs
+
+    def contact_patches(self, contact: Mask) -> tuple[NDArray[np.int64], int]:
+        """Return to which patch of nodes in contact, joined by arms, each node belongs, and how many there are.
+
+        Parameters
+        ----------
+        contact : array of bool, shape (n,)
+
+        Returns
+        -------
+        patch : array of int, shape (n,)
+            From 1 on, in the order of their first nodes; 0 where there is no contact.
+        count : int
+        """
+        load_modules("scipy.sparse.csgraph")
+        from scipy.sparse import csgraph
+
+        nodes, patch = np.flatnonzero(contact), np.zeros(self.size, dtype=np.int64)
+        if not nodes.size:
+            return patch, 0
+        count, labels = csgraph.connected_components(self.problem.G[nodes][:, nodes], directed=False)
+        _, first, found = np.unique(labels, return_index=True, return_inverse=True)
+        patch[nodes] = np.argsort(np.argsort(first))[found] + 1
+        return patch, int(count)
 
     @property
     def coordinates(self) -> dict[str, Coordinate]:
@@ -502,6 +548,7 @@ class ContactModel(ABC):
                 depth=self.depth,
                 frame=frame,
                 load=self.nodal_load,
+                ceiling=bool(self.under_ceiling.any()),
                 upwards=self.upwards,
                 of_profile=self._of_profile,
                 joints=self._joints,
@@ -594,7 +641,7 @@ class ContactModel(ABC):
         summit = max(0.0, -float(depth.min()))
         down += self._frame_relief()
         reachable = float(np.minimum(np.maximum(depth, 0.0, out=depth), down, out=down).mean())
-        if self.ceiling_depth is not None:
+        if self.ceiling_depth is not None and self.under_ceiling.any():
             up = suction * v / v.mean()
             least_down = max(least_down, _LEAST_DEPTH * float(up.mean()))
             above = self._datum - self.ceiling_depth

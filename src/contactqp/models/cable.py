@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from ..foundation.checks import Mask, Vector, finite_number, integer_at_least, positive_number
 from ..foundation.keywords import known_by_name
 from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
+from ..foundation.pictures import UnitNames
+from ..foundation.units import checked_units, plain
 from ..geometry.fields import of_x_and_y
 from ..geometry.lattice import Lattice, spacing_of_nodes
 from .base import Coordinate
@@ -60,6 +62,8 @@ class Cable(LatticeModel):
     foundation : number, array or function of x, optional
         Stiffness k ≥ 0 of an elastic foundation (Winkler), which pulls the cable to height zero by kw: force per length
         and length.
+    units : str or mapping, optional
+        As for `Membrane`.
 
     Raises
     ------
@@ -107,9 +111,15 @@ class Cable(LatticeModel):
         upwards: bool = False,
         ceiling: Any = None,
         foundation: Any = None,
+        units: UnitNames | None = None,
     ) -> None:
+        names = checked_units(units)
+        span, spacing, start = (
+            plain(value, name, "length", names)
+            for value, name in ((span, "span"), (spacing, "spacing"), (start, "start"))
+        )
         lattice = Cable.lattice_of(span, nodes, spacing=spacing, start=start)
-        tensions = Tension.of(lattice, of_x_and_y(tension), "x")
+        tensions = Tension.of(lattice, of_x_and_y(plain(tension, "tension", "force", names)), "x")
         self.start = float(start)
         super().__init__(
             *(lattice, tensions, load, support, frame_height),
@@ -118,6 +128,7 @@ class Cable(LatticeModel):
             upwards=upwards,
             ceiling=ceiling,
             foundation=foundation,
+            units=names,
         )
 
     @staticmethod

@@ -12,7 +12,9 @@ from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, boolean, positive_number, read_only, refuse_non_finite
 from ..foundation.keywords import known_by_name
 from ..foundation.loading import load_modules
+from ..foundation.pictures import UnitNames
 from ..foundation.text import counted
+from ..foundation.units import checked_units, plain
 from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
 from ..profiles.analytic import Profile
@@ -76,6 +78,8 @@ class CableNet(ContactModel):
         ``-inf`` (``inf``) where there is none.
     foundation : number, array or function of (x, y), optional
         Stiffness k ≥ 0 of a spring at each node that pulls it to height zero (force per length).
+    units : str or mapping, optional
+        As for `Membrane`.
 
     Raises
     ------
@@ -128,7 +132,12 @@ class CableNet(ContactModel):
         upwards: bool = False,
         ceiling: FieldLike | None = None,
         foundation: FieldLike | None = None,
+        units: UnitNames | None = None,
     ) -> None:
+        self.unit_names = names = checked_units(units)
+        positions = plain(positions, "positions", "length", names)
+        tension = plain(tension, "tension", "force", names)
+        force_density = plain(force_density, "force_density", "force per length", names)
         self.upwards = boolean(upwards, "upwards")
         self.positions: Vector = read_only(checked_positions(positions))
         self.segments: Numbers = read_only(checked_segments(segments, len(self.positions)))
@@ -153,7 +162,7 @@ class CableNet(ContactModel):
         self.support: Vector = self.support_at_nodes(support)
         self.ceiling = self.ceiling_at_nodes(ceiling)
         self.foundation = self.foundation_at_nodes(foundation)
-        given = self._in_own_sense(fixed_height)
+        given = self._in_own_sense(self.without_unit(fixed_height, "fixed_height"))
         heights = sample_points(self.positions, self.fixed, given, "fixed_height", self._describe_fixed)
         self.fixed_height: Vector = read_only(np.array(heights))
         self._fixed_depth: Vector = read_only(-self.fixed_height) if self.upwards else self.fixed_height
@@ -174,6 +183,7 @@ class CableNet(ContactModel):
         rows: Rows = "up",
         ceiling: FieldLike | None = None,
         foundation: FieldLike | None = None,
+        units: UnitNames | None = None,
     ) -> CableNet:
         """Return the net of cables along the rows and columns of a lattice.
 
@@ -193,7 +203,7 @@ class CableNet(ContactModel):
             As for a membrane.
         frame_height : number, array or function of (x, y)
             As for a membrane.
-        upwards, rows, ceiling
+        upwards, rows, units, ceiling
             As for a membrane.
         foundation : number, array, xarray.DataArray or function of (x, y), optional
             Stiffness k ≥ 0 of a spring at each node (force per length).
@@ -215,7 +225,13 @@ class CableNet(ContactModel):
                 f"lattice must be a Lattice, got {type(lattice).__name__}; "
                 "make one with Frame.lattice or Lattice.from_mask"
             )
-        tension = positive_number(tension, "tension")
+        names = checked_units(units)
+        tension = positive_number(plain(tension, "tension", "force", names), "tension")
+        load, support = plain(load, "load", "force", names), plain(support, "support", "length", names)
+        frame_height, ceiling = (
+            plain(height, name, "length", names)
+            for height, name in ((frame_height, "frame_height"), (ceiling, "ceiling"))
+        )
         stencil = Stencil(lattice.mask, 1.0, 1.0)
         nodes, frame = stencil.padded_mask(), stencil.frame_points()
         number = np.full(nodes.shape, -1, dtype=np.int64)
@@ -227,6 +243,9 @@ class CableNet(ContactModel):
             support, frame_height, ceiling = map(elevations_of, (support, frame_height, ceiling))
         if ceiling is not None:
             ceiling = sample(lattice, ceiling, "ceiling", allow_inf=True, absent=-absent, rows=rows)
+        if foundation is not None:
+            foundation = plain(foundation, "foundation", "force per length", names)
+            foundation = sample(lattice, foundation, "foundation", rows=rows)
         heights = frame_heights(lattice, stencil.frame_points(), frame_height, rows)
         x, y = lattice.ring_coordinates(*np.nonzero(frame))
         # Rows before columns: a node's forces are then summed as a stencil does, and are the same to the bit.
@@ -243,7 +262,8 @@ class CableNet(ContactModel):
             fixed_height=0.0 if heights is None else heights[frame],
             upwards=upwards,
             ceiling=ceiling,
-            foundation=None if foundation is None else sample(lattice, foundation, "foundation", rows=rows),
+            foundation=foundation,
+            units=names,
         )
         net._laid_on, net._of_profile = lattice, of_profile
         return net
@@ -295,7 +315,7 @@ class CableNet(ContactModel):
 
     def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False, absent: float | None = None) -> Vector:
         """See `ContactModel.at_nodes`; an array has an entry for each node, or for each point."""
-        absent = self._no_support if absent is None else absent
+        field, absent = self.without_unit(field, name), self._no_support if absent is None else absent
         values = sample_points(
             self.positions, self.free, field, name, self.describe, allow_inf=allow_inf, absent=absent
         )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from ..foundation.keywords import by_name_after, known_by_name
+from ..foundation.pictures import UnitNames
+from ..foundation.units import checked_units, plain
 from ..geometry.fields import FieldLike, Rows, checked_rows
 from ..geometry.lattice import Lattice
 from .on_lattice import LatticeModel
@@ -53,6 +55,9 @@ class Membrane(LatticeModel):
     foundation : number, array, xarray.DataArray or function of (x, y), optional
         Stiffness k ≥ 0 of an elastic foundation (Winkler), which pulls the membrane to height zero by kw: force per
         area and length.
+    units : str or mapping, optional
+        Units of all numbers without one, as ``{"length": "m", "force": "kN"}``. What has a unit of its own, a quantity
+        of pint or an array whose ``attrs["units"]`` tells it, is then checked and converted; files tell the units.
 
     Raises
     ------
@@ -76,7 +81,7 @@ class Membrane(LatticeModel):
     >>> fabric
     Membrane(9 nodes, spacing=1, tension=(2, 1), load=-3 to 3, support=0.5, ceiling=-0.25)
     >>> cq.solve(fabric).contact_upper.nonzero()[0]
-    array([7])
+    array([6, 7, 8])
     """
 
     _load_unit = "force per area"
@@ -98,9 +103,13 @@ class Membrane(LatticeModel):
         rows: Rows = "up",
         ceiling: FieldLike | None = None,
         foundation: FieldLike | None = None,
+        units: UnitNames | None = None,
     ) -> None:
+        names = checked_units(units)
         known = lattice if isinstance(lattice, Lattice) else None
-        tensions = Tension.of(known, tension, "xy", checked_rows(rows))
+        given = tension if isinstance(tension, tuple) else (tension,)
+        given = tuple(plain(part, "tension", self._tension_unit, names) for part in given)
+        tensions = Tension.of(known, given if isinstance(tension, tuple) else given[0], "xy", checked_rows(rows))
         super().__init__(
             *(lattice, tensions, load, support, frame_height),
             area=1.0 if known is None else known.spacing**2,
@@ -109,4 +118,5 @@ class Membrane(LatticeModel):
             rows=rows,
             ceiling=ceiling,
             foundation=foundation,
+            units=names,
         )

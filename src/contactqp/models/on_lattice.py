@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from ..algebra.stencil import Stencil
 from ..foundation.checks import Mask, Vector, boolean, read_only, repeated
 from ..foundation.text import counted
 from ..geometry.fields import Rows, checked_rows, frame_heights, in_rows, sample
-from ..geometry.lattice import Lattice
+from ..geometry.lattice import Lattice, patches_on_grid
 from ..geometry.numbering import Grid
 from ..geometry.on_arms import ArmField
 from .base import ContactModel, Coordinate
@@ -68,6 +69,7 @@ class LatticeModel(ContactModel):
         rows: Rows = "up",
         ceiling: Any = None,
         foundation: Any = None,
+        units: Mapping[str, str] | None = None,
     ) -> None:
         if not isinstance(lattice, Lattice):
             raise TypeError(
@@ -76,7 +78,7 @@ class LatticeModel(ContactModel):
             )
         self.lattice = self._laid_on = lattice
         self.upwards, self.rows = boolean(upwards, "upwards"), checked_rows(rows)
-        self._tension = tension
+        self._tension, self.unit_names = tension, units or {}
         self.node_area = np.broadcast_to(np.float64(area), (lattice.size,))
         self.load: Vector = self.at_nodes(load, "load")
         self.support: Vector = self.support_at_nodes(support)
@@ -84,7 +86,9 @@ class LatticeModel(ContactModel):
         self.foundation = self.foundation_at_nodes(foundation)
         self.stencil = Stencil(lattice.mask, *arms, self._ground())
         needed = self.stencil.frame_points()
-        heights = frame_heights(lattice, needed, self._in_own_sense(frame_height), self.rows)
+        heights = frame_heights(
+            lattice, needed, self._in_own_sense(self.without_unit(frame_height, "frame_height")), self.rows
+        )
         self._heights = np.negative(heights) if self.upwards and heights is not None else heights
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
         self._warn()
@@ -101,9 +105,14 @@ class LatticeModel(ContactModel):
         """Tension, see the class."""
         return self._tension.given
 
+    @property
+    def tension_of_arms(self) -> Tension:
+        """The same with its value on every arm."""
+        return self._tension
+
     def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False, absent: float | None = None) -> Vector:
         """See `ContactModel.at_nodes`."""
-        absent = self._no_support if absent is None else absent
+        field, absent = self.without_unit(field, name), self._no_support if absent is None else absent
         return read_only(sample(self.lattice, field, name, allow_inf=allow_inf, absent=absent, rows=self.rows))
 
     def in_own_rows(self, field: Any, name: str, rows: Rows | None) -> Any:
@@ -135,6 +144,11 @@ class LatticeModel(ContactModel):
         """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
         return self.lattice.free_boundary(contact)
 
+    def contact_patches(self, contact: Mask) -> tuple[NDArray[np.int64], int]:
+        """See `ContactModel.contact_patches`; nodes side by side in a row or a column are joined."""
+        labels, count = patches_on_grid(self.lattice.scatter(contact, fill=False))
+        return self.lattice.gather(labels), count
+
     def assemble_stiffness(self) -> Stencil:
         """Return the stencil."""
         return self.stencil
@@ -142,6 +156,11 @@ class LatticeModel(ContactModel):
     def pull(self, depths: Vector) -> Vector:
         """Return the force with which the arms pull each node upwards; see `ContactModel.pull`."""
         return self.stencil.pull(self._padded(depths))
+
+    @property
+    def frame_heights(self) -> Grid | None:
+        """Heights of the frame on the lattice's array with a ring about it, positive as the model's; None for zero."""
+        return np.negative(self._heights) if self.upwards and self._heights is not None else self._heights
 
     def _frame_relief(self) -> float:
         if self._heights is None:

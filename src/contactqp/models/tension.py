@@ -36,8 +36,10 @@ class Tension:
     def of(cls, lattice: Lattice | None, value: Any, along: str, rows: Rows = "up") -> Tension:
         """Return the tension that is given for the arms along ``"xy"`` or along ``"x"``, checked.
 
-        Without a lattice, which is refused elsewhere, it must be a number.
+        Without a lattice, which is refused elsewhere, it must be a number. One that is of this class is taken as it is.
         """
+        if isinstance(value, Tension):
+            return value
         pair = isinstance(value, tuple)
         if pair and len(value) != len(along):
             wanted = "a pair, along x and along y" if len(along) == 2 else "one, a cable's"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Self, TypeAlias
 
 import numpy as np
@@ -16,6 +17,8 @@ from .barrier import Barrier
 from .bounds import Bounds
 from .facts import MatrixFacts
 from .posed import Posed, Units
+from .program_files import PROGRAMS, write_problem
+from .programs import ConvexProgram, convex_program, linear_program, qpsolvers_problem
 
 GapScale: TypeAlias = "float | Callable[[Barrier | None], float | None] | None"
 """A length, or what finds one by the barrier; None leaves it to the problem."""
@@ -247,6 +250,123 @@ class ContactProblem(Posed):
             reference = times(self.reference, 1 / units.length)
         frame = None if self.frame_reference is None else self.frame_reference / units.length
         return self._of(self.facts.scaled, q, bounds, 1.0, reference, frame), units
+
+    def to_cvxpy(self) -> ConvexProgram:
+        """Return the problem as a `cvxpy.Problem`, with its variable, parameter and constraints by name.
+
+        Constraints and objectives of your own may be added; the dual values of the contact constraints are the
+        reactions. Another load is another value of the parameter q, and nothing is compiled anew. Answers of CVXPY are
+        what its solvers claim: `contactqp.certify` encloses the truth.
+
+        Raises
+        ------
+        UnsuitableProblemError
+            If the matrix is not symmetric: the solution minimises nothing.
+        ImportError
+            If CVXPY is not installed.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+        >>> program = problem.to_cvxpy()
+        >>> _ = program.problem.solve(solver="CLARABEL")
+        >>> program.gap.value.round(6) + 0.0, program.reaction.round(6) + 0.0
+        (array([0.5, 0. ]), array([0. , 2.5]))
+        >>> program.q.value = [-2.0, 3.0]
+        >>> _ = program.problem.solve(solver="CLARABEL")
+        >>> program.gap.value.round(6) + 0.0
+        array([1., 0.])
+        """
+        self.require_energy()
+        return convex_program(self)
+
+    def to_qpsolvers(self) -> Any:
+        """Return the problem as a `qpsolvers.Problem`: P = G in compressed columns, q, and the bounds lb and ub.
+
+        Raises
+        ------
+        UnsuitableProblemError
+            If the matrix is not symmetric.
+        ImportError
+            If qpsolvers is not installed.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> import qpsolvers
+        >>> problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+        >>> qpsolvers.solve_problem(problem.to_qpsolvers(), solver="clarabel").x.round(6) + 0.0
+        array([0.5, 0. ])
+        """
+        self.require_energy()
+        return qpsolvers_problem(self)
+
+    def to_linprog(self) -> dict[str, Any]:
+        """Return the arguments of `scipy.optimize.linprog` for a linear program whose solution is the gap.
+
+        It is Mangasarian's: min Σω over {ω ≥ l, Gω + q ≥ 0}, whose least element solves the problem for a Z-matrix.
+
+        Raises
+        ------
+        UnsuitableProblemError
+            If the matrix has positive off-diagonal entries, or there are upper bounds: the program solves nothing then.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> from scipy.optimize import linprog
+        >>> problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+        >>> linprog(**problem.to_linprog()).x
+        array([0.5, 0. ])
+        """
+        return linear_program(self)
+
+    def write(self, path: str | Path) -> Path:
+        """Write the problem into a file, for `contactqp.read` and for other programs; its numbers are kept to the bit.
+
+        Parameters
+        ----------
+        path : str or Path
+            ``.mps`` (free MPS with QUADOBJ) or ``.lp``, whose columns are c0, c1, ... in order; ``.npz``, arrays
+            ``data``, ``indices`` and ``indptr`` of the rows of G, ``q``, ``lower``, ``upper``; ``.mtx``, G in Matrix
+            Market's format, and vectors in ``x_q.mtx``, ``x_lower.mtx`` and so on beside ``x.mtx``.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        UnsuitableProblemError
+            If ``.mps`` or ``.lp`` is asked for and the matrix is not symmetric.
+        ValueError
+            If the suffix is unknown, or the folder is missing.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import contactqp as cq
+        >>> problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+        >>> print(problem.write(Path(tempfile.mkdtemp()) / "two.lp").read_text())
+        minimize
+         obj:
+          - 1.0 c0
+          + 3.0 c1
+          + [
+          + 2.0 c0 ^ 2
+          - 2.0 c0 * c1
+          + 2.0 c1 ^ 2
+          ] / 2
+        subject to
+        bounds
+        end
+        <BLANKLINE>
+        """
+        path = Path(path)
+        if path.suffix.lower() in PROGRAMS:
+            self.require_energy()
+        return write_problem(self, path, self.gap_scale)
 
     def __repr__(self) -> str:
         free = int(np.count_nonzero(~self.supported))

@@ -6,11 +6,13 @@ all the same.
 """
 
 from .analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane, Profile, Uppermost
+from .gridded import Gridded
 from .sampled import Sampled
 
 __all__ = [
     "Cone",
     "Cylinder",
+    "Gridded",
     "Hemisphere",
     "HillAndFloor",
     "Paraboloid",

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -40,9 +41,11 @@ from .request import Request
 from .starts import useful_start
 
 if TYPE_CHECKING:
-    from .sensitivity import Sensitivity
+    import pandas as pd
     import xarray as xr
     from matplotlib.figure import Figure
+
+    from .sensitivity import Sensitivity
 
 OnFailure = Literal["warn", "raise", "ignore"]
 
@@ -667,6 +670,92 @@ class Solution:
 
         return solution_dataset(self, self._physical("to_dataset"))
 
+    def save(self, path: str | Path) -> Path:
+        """Write the solution into a file of the format that its suffix names, replacing one of that name as a whole.
+
+        Parameters
+        ----------
+        path : str or Path
+            ``.nc`` and ``.zarr`` (a folder): the dataset of `to_dataset` by the conventions of CF, with the whole model
+            and where it comes from, which `contactqp.load_solution` reads; ``.csv``: a line for each node; ``.vtu``:
+            the deflected shape, and ``.vti``: the fields of a lattice, for ParaView; ``.tif``: a GeoTIFF of a
+            membrane's fields; ``.geojson``: its contact patches.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the format does not take such a model, the suffix is unknown, or there is no such folder.
+        ImportError
+            If a package is missing; the message says what to type.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import contactqp as cq
+        >>> file = cq.solve(cq.gallery.bowl(15)).save(Path(tempfile.mkdtemp()) / "bowl.nc")
+        >>> cq.load_solution(file).status.value
+        'certified'
+        """
+        from ..io.writers import write_solution
+
+        path = Path(path)
+        write_solution(self, self._physical("save"), path)
+        return path
+
+    def patches(self) -> pd.DataFrame:
+        """Return a row for each contact patch: nodes in contact that arms join.
+
+        Returns
+        -------
+        pandas.DataFrame
+            patch (its number, from 1 on), nodes (how many), area (cable: length; nan where nodes stand for none),
+            reaction (force), x and y (mean of its nodes, length), and, with a certificate, certain: how many of its
+            nodes are proven to be in contact.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> table = cq.solve(cq.gallery.islands()).patches()
+        >>> int(table["nodes"].sum()) == int(cq.solve(cq.gallery.islands()).contact.sum())
+        True
+        """
+        from ..io.patches import patches_of
+
+        return patches_of(self, self._physical("patches"))
+
+    def to_pyvista(self, kind: Literal["surface", "image"] = "surface") -> Any:
+        """Return the solution as a mesh of PyVista, coloured by the contact state, with all fields at its points.
+
+        Parameters
+        ----------
+        kind : {"surface", "image"}
+            ``"surface"``: a `pyvista.UnstructuredGrid` of the deflected shape, z being the elevation; squares between
+            the points of a lattice, frame included, or the segments of a cable or a net. ``"image"``: a
+            `pyvista.ImageData` of a lattice's array, which is flat, and nan outside the frame.
+
+        Raises
+        ------
+        TypeError
+            If an image is asked for and the model has no lattice.
+        ImportError
+            If PyVista is not installed.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> mesh = cq.solve(cq.gallery.bowl(15)).to_pyvista()
+        >>> mesh.n_cells, mesh.active_scalars_name
+        (256, 'contact_state')
+        """
+        from ..io.meshes import image_of, surface_of
+
+        model = self._physical("to_pyvista")
+        return {"surface": surface_of, "image": image_of}[one_of(kind, ("surface", "image"), "kind")](self, model)
+
     def plot(
         self,
         ax: Any = None,
@@ -705,10 +794,13 @@ class Solution:
 
         one_of(kind, ("map", "surface"), "kind")
         if kind == "surface":
-            return self.plot3d(ax, title=title, units=units)
+            figure: Figure = self.plot3d(ax, title=title, units=units)
+            return figure
         return plot_solution(self, Wanted(ax, section, title, units))
 
-    def plot3d(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+    def plot3d(
+        self, ax: Any = None, *, title: str | None = None, units: UnitNames = "", interactive: bool = False
+    ) -> Any:
         """Draw a membrane's deflection over its support in space, with what is in contact in its own colour.
 
         Parameters
@@ -717,12 +809,28 @@ class Solution:
             By default there is a new figure.
         title, units
             See `plot`.
+        interactive : bool
+            Whether to draw by PyVista, for turning and zooming: any model's deflected shape over its support, heights
+            drawn larger than lengths in plan.
+
+        Returns
+        -------
+        matplotlib.figure.Figure, or pyvista.Plotter
+            The latter if ``interactive``: ``show()`` opens it.
 
         Raises
         ------
         TypeError
-            If it is no membrane's solution, or ``ax`` is not in space.
+            If it is no membrane's solution and not ``interactive``, or ``ax`` is not in space.
+        ImportError
+            If it is to be interactive and PyVista is not installed.
         """
+        if interactive:
+            from .in_space import plotter_of
+
+            if ax is not None:
+                raise TypeError("an interactive view takes no ax of matplotlib; leave it out")
+            return plotter_of(self, self._physical("plot3d"), title)
         from ..plotting.answers import plot_in_space
 
         return plot_in_space(self, Wanted(ax, None, title, units))

@@ -162,6 +162,12 @@ class ActiveSet:
         coarse.take_steps(_COARSE_STEPS)
         self.omega, self._guessed = self.projected(transfer.up @ coarse.omega), True
 
+    def start_from(self, gap: Vector) -> None:
+        """Start from a gap, shape (n,), whose contact set is taken for nearly right: the first step is a fine one."""
+        self.omega = gap
+        self._take(*self._held())
+        self._exchanged = 0
+
     def take_steps(self, most: int) -> None:
         """Do so many steps, or fewer where no node changes sides any more."""
         for _ in range(most):
@@ -289,8 +295,10 @@ class ActiveSet:
 
     def _correct(self) -> None:
         """Move to a better point by shapes of the coarse problem, which moves the contact set by many nodes at once."""
+        if self._exchanged <= _FEW_EXCHANGED * self.q.size:
+            return
         coarse = self._coarse
-        if coarse is None or self._exchanged <= _FEW_EXCHANGED * self.q.size:
+        if coarse is None:
             return
         reaction = self._parts.product(self.omega) + self.q
         above = self._upper - self.omega if self._upper.size else self._upper

@@ -54,7 +54,7 @@ class Renumbered:
 
     def start_from(self, gap: Vector) -> None:
         """Start from a gap, shape (n,)."""
-        self._iteration.omega = self._ordered.inwards(gap)
+        self._iteration.start_from(self._ordered.inwards(gap))
 
     def step(self) -> Step:
         """Do a step, see `ActiveSet.step`."""

@@ -1,0 +1,39 @@
+"""Zarr stores: folders that hold a dataset in parts, as cloud stores do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..foundation.loading import load_modules, needed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+INSTALL = "contactqp[zarr]"
+
+
+def write_zarr(data: xr.Dataset, path: Path) -> None:
+    """Write a dataset into a folder that is not there yet."""
+    needed("zarr", "writing .zarr", INSTALL)
+    data.to_zarr(path, mode="w", consolidated=False)
+
+
+def read_zarr(path: Path) -> xr.Dataset:
+    """Return what a store holds, in memory.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, or is no store.
+    """
+    needed("zarr", "reading .zarr", INSTALL)
+    load_modules("xarray")
+    import xarray as xr
+
+    try:
+        store: xr.Dataset
+        with xr.open_zarr(path, consolidated=False) as store:
+            return store.load()
+    except Exception as error:  # whatever a decoder says of a damaged store
+        raise OSError(f"it is no Zarr store, or a damaged one: {error}") from None
