@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector, positive_number, read_only, real_array
-from .fields import Rows, evaluated, is_dataarray, is_function, on_lattice, upwards_rows
+from .fields import Rows, evaluated, is_function, on_lattice, upwards_rows
+from .labelled import is_dataarray
 from .lattice import Lattice
 from .numbering import Grid
 

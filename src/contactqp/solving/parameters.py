@@ -123,8 +123,8 @@ class OfProblem(Parameters):
 class OfModel(Parameters):
     r"""Those of a model with G = A + K, A its arms and K its foundation.
 
-    In depths, with the deflection w = f - ω, it is R = P - (Aw - Bh) - Kw with the frame's heights h, and A1 = B1 because
-    moving all at once takes no force of the arms. At a gap that stays, w changes as f does.
+    In depths, with the deflection w = f - ω, it is R = P - (Aw - Bh) - Kw with the frame's heights h, and A1 = B1
+    because moving all at once takes no force of the arms. At a gap that stays, w changes as f does.
     """
 
     def __init__(self, model: ContactModel, gap: Vector, reaction: Vector) -> None:
@@ -142,7 +142,7 @@ class OfModel(Parameters):
             self.known["foundation"] = Parameter(
                 self._of_foundation, lambda by: -self._areas * self._deflection * by.reaction
             )
-        if np.ndim(getattr(model, "tension", None)) == 0:
+        if isinstance(getattr(model, "tension", None), float):
             self.known["tension"] = Parameter(
                 self._of_tension, lambda by: -float(by.reaction @ self._pull_of_arms) / self._tension
             )

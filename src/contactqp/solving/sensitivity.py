@@ -34,7 +34,6 @@ from ..proof.status import Status
 from .parameters import Change, OfModel, OfProblem, Parameters
 
 if TYPE_CHECKING:
-    from ..problem.contact_problem import ContactProblem
     from .solution import Solution
 
 _PRECISE = 1e-12
@@ -183,7 +182,7 @@ class Sensitivity:
             )
         size, model = self._problem.size, self.solution.model
         by_gap, by_deflection, by_reaction = (
-            vector(np.full(size, float(w)) if np.ndim(w) == 0 else w, size, name)
+            vector(np.broadcast_to(w, (size,)) if np.ndim(w) == 0 else w, size, name)
             for name, w in (("gap", gap), ("deflection", deflection), ("reaction", reaction))
         )
         if model is None and by_deflection.any():
