@@ -8,6 +8,7 @@ from strategies import BACKENDS
 
 import contactqp as cq
 from contactqp.backends import get_backend
+from contactqp.backends.solvers import SOLVERS
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -47,3 +48,19 @@ def test_every_file_that_is_mentioned_exists():
 def test_the_version_is_one():
     assert f"version: {cq.__version__}" in (ROOT / "CITATION.cff").read_text()
     assert f"## {cq.__version__}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_every_solver_that_others_call_is_in_its_table():
+    for name, facts in SOLVERS.items():
+        row = next(line for line in README.splitlines() if line.startswith(f"| `{name}` | {facts.method} |"))
+        reached = " / ".join(told(facts, package) for package in ("qpsolvers", "cvxpy"))
+        matrix = f"{'dense' if facts.dense else 'sparse'}{', definite' if facts.definite else ''}"
+        largest = " / ".join(f"{through.practical_size:,}" for through in facts.through.values())
+        assert row == f"| `{name}` | {facts.method} | {matrix} | {facts.licence} | {reached} | {largest} |"
+
+
+def told(facts, package):
+    through = facts.through.get(package)
+    return (
+        "–" if through is None or through.reachable_tol is None else f"{through.reachable_tol:.0e}".replace("e-0", "e-")
+    )

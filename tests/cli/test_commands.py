@@ -311,7 +311,11 @@ def test_the_list_of_backends_is_readable(columns):
     output = run("backends", columns=columns).output
     assert max(map(len, output.splitlines())) <= columns
     assert "…" not in output
-    assert "single linear program (HiGHS through scipy.optimize.linprog)" in output
+    assert "single linear program (HiGHS" in output
+    assert "through scipy.optimize.linprog)" in output
+    for kind in ("own", "library", "qpsolvers family", "cvxpy family"):
+        assert f"\n{kind}:" in output
+    assert "BSD-3-Clause" in output
     assert "Z-matrix, no upper bound" in output
     assert output.count("mangasarian") == (1 if columns == 160 else 2)
 

@@ -85,7 +85,7 @@ def test_the_list_of_backends_names_those_that_cannot_be_imported(plugins):
     assert result.exit_code == 0
     shown = " ".join(result.output.split())
     for name in plugins:
-        assert f"{name} - - - - no, see below" in shown
+        assert f"{name} - - - no, see below" in shown
         assert REASONS[name] in shown
 
 

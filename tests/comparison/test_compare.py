@@ -437,7 +437,7 @@ def test_assert_complementary_shows_the_worst_node(agreeing):
 
 def test_assert_backends_agree_shows_table_and_worst_difference(monkeypatch, agreeing):
     wrong = forged(agreeing, "psor", agreeing.solutions["psor"].gap * 1.01)
-    monkeypatch.setattr("contactqp.testing.compare", lambda *args, **kwargs: wrong)
+    monkeypatch.setattr("contactqp.testing.assertions.compare", lambda *args, **kwargs: wrong)
     with pytest.raises(AssertionError) as caught:
         assert_backends_agree(HEXAGON)
     message = str(caught.value)

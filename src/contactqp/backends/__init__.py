@@ -7,6 +7,7 @@ Other distributions add theirs by an entry point in the group ``contactqp.backen
 from __future__ import annotations
 
 import warnings
+from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -29,15 +30,17 @@ TABLE = {
     "multigrid": "contactqp.backends.multigrid:Multigrid",
     "active-set": "contactqp.backends.active_set:ActiveSetBackend",
     "mprgp": "contactqp.backends.mprgp:Mprgp",
+    "qpsolvers:": "contactqp.backends.qpsolvers:QpSolvers",
+    "cvxpy:": "contactqp.backends.cvxpy:Cvxpy",
 }
-"""Name of a backend to the module and class that realise it. A name that ends with a colon stands for a family: what
-its value names is called with what follows the colon, and returns the backend."""
+"""Name of a backend to the module and class that realise it. A name that ends with a colon stands for a family: its
+class is called with what follows the colon, and the instance is the backend (`contactqp.backends.families`)."""
 
 ENTRY_POINT_GROUP = "contactqp.backends"
 
 
 def backend_names() -> list[str]:
-    """Return the names of all backends, those of other distributions last.
+    """Return the names of all backends but those of families, those of other distributions last.
 
     Examples
     --------
@@ -46,6 +49,33 @@ def backend_names() -> list[str]:
     ['osqp', 'clarabel', 'mangasarian', 'psor']
     """
     return [*_own_names(), *(name for name in _outsiders() if name not in TABLE)]
+
+
+def family_names() -> list[str]:
+    """Return the names of all solvers that other packages call, installed or not.
+
+    Examples
+    --------
+    >>> "qpsolvers:piqp" in family_names()
+    True
+    """
+    return [key + solver for key in _families() for solver in _realised(TABLE[key]).names()]
+
+
+def kind_of(name: str) -> str:
+    """Return what kind of backend a name stands for: own, library, a family's, or a plug-in.
+
+    Examples
+    --------
+    >>> kind_of("psor"), kind_of("osqp"), kind_of("qpsolvers:piqp")
+    ('own', 'library', 'qpsolvers family')
+    """
+    family = _family_of(name)
+    if family is not None:
+        return f"{family.removesuffix(':')} family"
+    if name not in TABLE:
+        return "plug-in"
+    return "library" if _realised(TABLE[name]).has_own_defaults else "own"
 
 
 def get_backend(backend: str | Backend) -> Backend:
@@ -61,24 +91,32 @@ def get_backend(backend: str | Backend) -> Backend:
         If another distribution's backend cannot be loaded; the message says why.
     """
     from .base import Backend
-    from .contract import check_backend
+    from .contract import check_declared
 
     if isinstance(backend, Backend):
-        check_backend(backend)
+        check_declared(backend)
         return backend
     if not isinstance(backend, str):
         raise TypeError(f"backend must be a name or a Backend, got {backend!r}")
-    if backend in TABLE and not backend.endswith(":"):
+    if backend in _own_names():
         own: Backend = _realised(TABLE[backend])()
         return own
-    family = next((key for key in TABLE if key.endswith(":") and backend.startswith(key)), None)
+    family = _family_of(backend)
     if family is not None:
-        found: Backend = _realised(TABLE[family])(backend.removeprefix(family))
-        return found
+        members, solver = _realised(TABLE[family]), backend.removeprefix(family)
+        if members.knows(solver):
+            found: Backend = members(solver)
+            return found
     if backend in _outsiders():
         return _loaded(backend, _outsiders()[backend])
-    known = ["auto", *backend_names()]
-    raise UnknownBackendError(f"unknown backend {backend!r}{nearest(backend, known)}; known: {', '.join(known)}")
+    if family is None:
+        known = ["auto", *backend_names()]
+        members = [key + backend for key in _families() if backend in _realised(TABLE[key]).listed()]
+        meant = f"; did you mean {members[0]!r}?" if members else nearest(backend, known)
+    else:
+        known = [family + solver for solver in _realised(TABLE[family]).names()]
+        meant = nearest(backend, known)
+    raise UnknownBackendError(f"unknown backend {backend!r}{meant}; known: {', '.join(known)}")
 
 
 def suitable_backends(problem: ContactProblem) -> list[str]:
@@ -126,20 +164,56 @@ def usual_backends(problem: ContactProblem) -> tuple[list[str], dict[str, str]]:
     named: list[str] = []
     left_out: dict[str, str] = {}
     for name in backend_names():
-        backend = _callable_backend(name)
-        if isinstance(backend, str):
-            if name not in TABLE:
-                left_out[name] = f"cannot be called: {backend}"
-            continue
-        try:
-            backend.check_problem(problem)
-        except UnsuitableProblemError:
-            continue
-        if backend.practical_size is not None and problem.size > backend.practical_size:
-            left_out[name] = f"is practical up to {backend.practical_size} unknowns"
-        else:
+        obstacle = _obstacle(name, problem)
+        if obstacle is None:
             named.append(name)
+        elif obstacle.size or (obstacle.missing and name not in TABLE):
+            left_out[name] = obstacle.reason
     return (named, left_out) if named else (suitable_backends(problem), {})
+
+
+def all_backends(problem: ContactProblem) -> tuple[list[str], dict[str, str]]:
+    """Return the names of all backends that can be asked about a problem, families' too, and why others cannot.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> names, left_out = all_backends(cq.ContactQP([[2.0]], [-1.0], lower=0.0, upper=1.0))
+    >>> left_out["mangasarian"][:37]
+    'needs a problem without an upper boun'
+    """
+    named: list[str] = []
+    left_out: dict[str, str] = {}
+    for name in [*backend_names(), *family_names()]:
+        obstacle = _obstacle(name, problem)
+        if obstacle is None:
+            named.append(name)
+        else:
+            left_out[name] = obstacle.reason
+    return named, left_out
+
+
+@dataclass(frozen=True)
+class _Obstacle:
+    """Why a backend is not asked: the reason in words, and whether it is that it is missing, or the problem's size."""
+
+    reason: str
+    missing: bool = False
+    size: bool = False
+
+
+def _obstacle(name: str, problem: ContactProblem) -> _Obstacle | None:
+    """Return what stands against asking a backend, None if nothing does."""
+    backend = _callable_backend(name)
+    if isinstance(backend, str):
+        return _Obstacle(f"cannot be called: {backend}", missing=True)
+    try:
+        backend.check_problem(problem)
+    except UnsuitableProblemError as error:
+        return _Obstacle(str(error).removeprefix(f"backend {name!r} "))
+    if backend.practical_size is not None and problem.size > backend.practical_size:
+        return _Obstacle(f"is practical up to {backend.practical_size} unknowns", size=True)
+    return None
 
 
 def check_suitable(backend: Backend, problem: ContactProblem) -> None:
@@ -189,6 +263,15 @@ def _own_names() -> list[str]:
     return [name for name in TABLE if not name.endswith(":")]
 
 
+def _families() -> list[str]:
+    return [name for name in TABLE if name.endswith(":")]
+
+
+def _family_of(name: str) -> str | None:
+    """Return what the names of the family begin with that a backend belongs to, or None."""
+    return next((key for key in _families() if name.startswith(key)), None)
+
+
 @cache
 def _realised(place: str) -> Any:
     module, attribute = place.split(":")
@@ -198,7 +281,7 @@ def _realised(place: str) -> Any:
 def _loaded(name: str, entry: metadata.EntryPoint) -> Backend:
     """Return another distribution's backend, whatever its import raises turned into a MissingBackendError."""
     from .base import Backend
-    from .contract import check_backend
+    from .contract import check_declared
 
     try:
         made = entry.load()()
@@ -207,7 +290,7 @@ def _loaded(name: str, entry: metadata.EntryPoint) -> Backend:
         raise MissingBackendError(f"backend {name!r} ({entry.value}) cannot be loaded: {reason}") from error
     if not isinstance(made, Backend):
         raise MissingBackendError(f"backend {name!r} ({entry.value}) is no subclass of contactqp.backends.base.Backend")
-    check_backend(made)
+    check_declared(made)
     if made.name != name:
         raise MissingBackendError(
             f"backend {name!r} ({entry.value}) calls itself {made.name!r}; its entry point must have the same name"

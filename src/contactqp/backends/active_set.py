@@ -34,6 +34,7 @@ class ActiveSetBackend(Backend):
     name: ClassVar[str] = "active-set"
     summary: ClassVar[str] = "primal-dual active sets, exact finish"
     package: ClassVar[str] = "scipy"
+    licence: ClassVar[str] = "BSD-3-Clause"
     iteration_unit: ClassVar[str] = "step"
     practical_size: ClassVar[int | None] = 2_000_000
     reachable_tol: ClassVar[float | None] = 1e-14

@@ -24,6 +24,7 @@ from ..foundation.checks import Vector, nearest
 from ..foundation.progress import Progress, silent
 from ..problem.contact_problem import ContactProblem
 from ..problem.load_cases import LoadCases
+from .option_checks import check_values
 
 
 class Stop(StrEnum):
@@ -344,6 +345,10 @@ class Backend(ABC):
         The method, in a few words.
     package : str
         Distribution on PyPI that it needs; its version is shown.
+    also_needs : collection of str
+        Further distributions without which it cannot be called.
+    licence : str
+        That of the method's program, by its SPDX identifier; "" if it is not told.
     iteration_unit : str
         What one iteration is.
     needs : collection of Need
@@ -363,6 +368,8 @@ class Backend(ABC):
     name: ClassVar[str]
     summary: ClassVar[str]
     package: ClassVar[str]
+    also_needs: ClassVar[Collection[str]] = ()
+    licence: ClassVar[str] = ""
     iteration_unit: ClassVar[str] = "iteration"
     needs: ClassVar[Collection[Need]] = ()
     does_without: ClassVar[Collection[Need]] = ()
@@ -393,7 +400,7 @@ class Backend(ABC):
         TypeError
             If they are not all named keywords with defaults, so that a misspelt one would pass unnoticed.
         """
-        written = type(self).prepare if type(self).solve is Backend.solve else type(self).solve
+        written = self._written()
         if written is Backend.prepare:
             raise TypeError(f"backend {self.name!r} must define solve or prepare")
         parameters = list(inspect.signature(written).parameters.values())[3:]
@@ -406,26 +413,47 @@ class Backend(ABC):
                 )
         return {parameter.name: parameter.default for parameter in parameters}
 
+    def _written(self) -> Callable[..., Any]:
+        """Return the one of `prepare` and `solve` that the subclass has written."""
+        return type(self).prepare if type(self).solve is Backend.solve else type(self).solve
+
     def version(self) -> str | None:
         """Return the installed version of the library behind the backend, or None if it is missing."""
         return _version(self.package)
 
+    def missing(self) -> list[str]:
+        """Return the distributions that it needs and that are not installed."""
+        others = [package for package in self.also_needs if _version(package) is None]
+        return others if self.version() is not None else [*others, self.package]
+
     def require(self) -> None:
-        """Raise a MissingBackendError if the library is not installed."""
-        if self.version() is None:
+        """Raise a MissingBackendError if a distribution that it needs is not installed."""
+        missing = self.missing()
+        if missing:
+            several = len(missing) > 1
             raise MissingBackendError(
-                f"backend {self.name!r} needs the package {self.package!r}, which is not installed; "
-                f"type: pip install {self.package}"
+                f"backend {self.name!r} needs the package{'s' if several else ''} "
+                f"{' and '.join(map(repr, missing))}, which {'are' if several else 'is'} not installed; "
+                f"type: pip install {' '.join(missing)}"
             )
 
     def check_options(self, options: Mapping[str, Any]) -> None:
-        """Raise a TypeError if an option is not one of the backend's."""
+        """Check options by their names, and their values by what their annotations say.
+
+        Raises
+        ------
+        TypeError
+            If an option is not one of the backend's, or its value has another kind than it is annotated with.
+        ValueError
+            If its value is outside its range.
+        """
         known = self.options()
         for option in options:
             if option not in known:
                 listed = ", ".join(known) or "none"
                 meant = nearest(option, [*known, *_OF_EVERY_BACKEND])
                 raise TypeError(f"backend {self.name!r} has no option {option!r}{meant}; its options: {listed}")
+        check_values(self._written(), options)
 
     def check_problem(self, problem: ContactProblem) -> None:
         """Raise an UnsuitableProblemError if the problem lacks a property that the method relies on."""

@@ -26,6 +26,7 @@ class Clarabel(Backend):
     name: ClassVar[str] = "clarabel"
     summary: ClassVar[str] = "interior point"
     package: ClassVar[str] = "clarabel"
+    licence: ClassVar[str] = "Apache-2.0"
     has_own_defaults: ClassVar[bool] = True
     does_without: ClassVar[tuple[Need, ...]] = (Need.DEFINITE,)
     practical_size: ClassVar[int | None] = 100_000
@@ -92,8 +93,7 @@ class _Prepared(StateInRows):
     def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:
         """See `LibraryState.set_up`."""
         sizes = (self.library.ZeroConeT, ask.form.equations), (self.library.NonnegativeConeT, ask.form.inequalities)
-        cones = [cone(size) for cone, size in sizes if size]
-        matrix = upper_triangle(self.problem) * ask.weight
+        matrix, cones = upper_triangle(self.problem) * ask.weight, [cone(size) for cone, size in sizes if size]
         return self.library.DefaultSolver(matrix, vectors["q"], ask.form.matrix, vectors["b"], cones, self._told(ask))
 
     def change(self, workspace: Workspace, changed: Vectors) -> bool:

@@ -13,14 +13,14 @@ from .base import Answer, Backend, CaseAnswers, Stop
 _DECLARED = "name", "summary", "package", "iteration_unit"
 
 
-def check_backend(backend: Backend) -> None:
+def check_declared(backend: Backend) -> None:
     """Raise a TypeError unless a backend declares what tables and messages call it by, and names its options.
 
     Examples
     --------
     >>> class Nameless(Backend):
     ...     summary, package = "a method", "numpy"
-    >>> check_backend(Nameless())
+    >>> check_declared(Nameless())
     Traceback (most recent call last):
     TypeError: backend Nameless must have a class attribute 'name', a text that is not empty, but has none
     """

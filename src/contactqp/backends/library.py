@@ -239,7 +239,7 @@ class LibraryState(State):
 
     def tighter(self, eps: float) -> Iterable[Setting]:
         """Yield the settings of the rounds after the first."""
-        while eps / 10 >= self.tightest:
+        while self.tightest <= eps / 10 < np.inf:
             eps /= 10
             yield Setting(eps)
 

@@ -35,6 +35,7 @@ class Mangasarian(Backend):
     name: ClassVar[str] = "mangasarian"
     summary: ClassVar[str] = "single linear program (HiGHS through scipy.optimize.linprog)"
     package: ClassVar[str] = "scipy"
+    licence: ClassVar[str] = "MIT"
     has_own_defaults: ClassVar[bool] = True
     practical_size: ClassVar[int | None] = 10_000
     reachable_tol: ClassVar[float | None] = 1e-9

@@ -32,6 +32,7 @@ class Mprgp(Backend):
     name: ClassVar[str] = "mprgp"
     summary: ClassVar[str] = "gradient projection and proportioning"
     package: ClassVar[str] = "numba"
+    licence: ClassVar[str] = "BSD-3-Clause"
     practical_size: ClassVar[int | None] = 200_000
     reachable_tol: ClassVar[float | None] = 1e-14
 

@@ -36,6 +36,7 @@ class Multigrid(Backend):
     name: ClassVar[str] = "multigrid"
     summary: ClassVar[str] = "contact multigrid (own kernels)"
     package: ClassVar[str] = "numba"
+    licence: ClassVar[str] = "BSD-3-Clause"
     iteration_unit: ClassVar[str] = "cycle"
     needs: ClassVar[Collection[Need]] = (Need.LATTICE,)
     reachable_tol: ClassVar[float | None] = 1e-13

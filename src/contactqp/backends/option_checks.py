@@ -1,18 +1,19 @@
 """Checks of options, declared where an option is named: in the annotations of a backend's signature.
 
-``rho: Positive = 3.0`` is a positive number, ``eps: Positive | None = None`` that or None, and
-``method: Literal["a", "b"] = "a"`` one of these words.
+``rho: Positive = 3.0`` is a positive number, ``eps: Positive | None = None`` that or None,
+``method: Literal["a", "b"] = "a"`` one of these words, and ``history: bool = False`` True or False.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeAlias, Union, get_args, get_origin, get_type_hints
 
-from ..foundation.checks import one_of, open_interval, positive_number
+from ..foundation.checks import boolean, finite_number, integer_at_least, one_of, open_interval, positive_number
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,13 @@ class Check:
 
     call: Callable[[Any, str], object]
 
+
+_PLAIN: Mapping[Any, Callable[[Any, str], object]] = {
+    bool: boolean,
+    int: lambda value, name: integer_at_least(value, -sys.maxsize, name),
+    float: finite_number,
+}
+"""The checks of annotations that say no more than a kind."""
 
 Positive: TypeAlias = Annotated[float, Check(positive_number)]
 
@@ -54,6 +62,11 @@ def check_values(declared: Callable[..., Any], options: Mapping[str, Any]) -> No
     >>> check_values(prepare, {"how": "fats"})
     Traceback (most recent call last):
     ValueError: how must be one of 'well', 'fast', got 'fats'; did you mean 'fast'?
+    >>> check_values(lambda *, history: 0, {"history": 1})  # nothing is annotated
+    >>> def solve(*, history: bool = False): ...
+    >>> check_values(solve, {"history": 1})
+    Traceback (most recent call last):
+    TypeError: history must be True or False, got 1
     """
     hints = _hints(declared)
     for name, value in options.items():
@@ -62,7 +75,10 @@ def check_values(declared: Callable[..., Any], options: Mapping[str, Any]) -> No
 
 @cache
 def _hints(declared: Callable[..., Any]) -> dict[str, Any]:
-    return get_type_hints(declared, include_extras=True)
+    try:
+        return get_type_hints(declared, include_extras=True)
+    except (NameError, TypeError):  # another distribution's may be known to its type checker only
+        return {}
 
 
 def _check(value: Any, hint: Any, name: str) -> None:
@@ -74,6 +90,8 @@ def _check(value: Any, hint: Any, name: str) -> None:
             _check(value, others[0], name)
     elif origin is Literal:
         one_of(value, parts, name)
+    elif hint in _PLAIN:
+        _PLAIN[hint](value, name)
     elif origin is Annotated:
         for check in parts[1:]:
             if isinstance(check, Check):

@@ -29,6 +29,7 @@ class Osqp(Backend):
     name: ClassVar[str] = "osqp"
     summary: ClassVar[str] = "operator splitting (ADMM)"
     package: ClassVar[str] = "osqp"
+    licence: ClassVar[str] = "Apache-2.0"
     has_own_defaults: ClassVar[bool] = True
     does_without: ClassVar[tuple[Need, ...]] = (Need.DEFINITE,)
     practical_size: ClassVar[int | None] = 100_000
@@ -67,7 +68,7 @@ class Osqp(Backend):
             OSQP's first absolute and relative tolerance; by default 100 ``tol``.
         """
         options: dict[str, Any] = {"alpha": alpha, "rho": rho, "sigma": sigma, "scaling": scaling, "eps": eps}
-        options |= {"adaptive_rho": int(adaptive_rho), "check_termination": check_termination, "polishing": polishing}
+        options |= {"adaptive_rho": adaptive_rho, "check_termination": check_termination, "polishing": polishing}
         # The program always has a solution: no test for the contrary may fire.
         return _Prepared(Osqp.prepare, problem, task, options | dict.fromkeys(("eps_prim_inf", "eps_dual_inf"), 1e-15))
 
@@ -113,6 +114,5 @@ class _Prepared(LibraryState):
         workspace.update_settings(**limits, check_termination=often, polishing=ask.finishes)
         result = solved(workspace)
         info, reaction = result.info, -np.array(result.y)
-        gap = np.array(result.x) if info.status in self.outcomes else None
-        finished = "polish" if info.status_polish == 1 else ""
-        return Reply(info.status, gap, int(info.iter), finished=finished, reaction=reaction)
+        gap, polished = np.array(result.x) if info.status in self.outcomes else None, info.status_polish == 1
+        return Reply(info.status, gap, int(info.iter), finished="polish" if polished else "", reaction=reaction)

@@ -32,6 +32,7 @@ class Psor(Backend):
     name: ClassVar[str] = "psor"
     summary: ClassVar[str] = "projected over-relaxation (own kernels)"
     package: ClassVar[str] = "numba"
+    licence: ClassVar[str] = "BSD-3-Clause"
     practical_size: ClassVar[int | None] = 1_000_000
     reachable_tol: ClassVar[float | None] = 1e-13
     iteration_unit: ClassVar[str] = "sweep"

@@ -73,6 +73,10 @@ class Rows:
         middle = 0.5 * (problem.lower[self._equal] + problem.upper[self._equal])
         return np.concatenate([middle, 0.0 - problem.lower[self._below], problem.upper[self._above]])
 
+    def box(self, problem: ContactProblem) -> tuple[Vector, Vector]:
+        """Return lower and upper bounds, infinite where an equation stands in their place."""
+        return np.where(self._close, -np.inf, problem.lower), np.where(self._close, np.inf, problem.upper)
+
     def gap(self, problem: ContactProblem, solution: Vector, multiplier: Vector) -> Vector:
         """Return a program's solution as a gap: at an equation it is the bound that its multiplier tells.
 

@@ -122,6 +122,8 @@ def tightened(
             stop = Stop.ITERATION_LIMIT
         if least <= task.tol or stop is not Stop.DONE:
             break
+    if gap is None and stop is Stop.DONE:
+        stop = Stop.FAILED
     return Answer(
         gap=gap,
         stop=stop,

@@ -36,7 +36,13 @@ if TYPE_CHECKING:
 @app.command()
 def compare(
     case: Case,
-    backends: Annotated[str | None, typer.Option(help="Names, separated by commas; by default all that suit.")] = None,
+    backends: Annotated[
+        str | None,
+        typer.Option(
+            help="Names, separated by commas, or 'all': what qpsolvers and CVXPY find, too. By default the package's "
+            "own and plug-ins that suit."
+        ),
+    ] = None,
     tol: Tol = "1e-6",
     time_limit: TimeLimit = None,
     repeats: Annotated[int, typer.Option(help="Runs of each backend after the first, for its warm time.")] = 0,
@@ -58,8 +64,10 @@ def compare(
     from .tables import print_comparison
 
     model, title = _read(case)
-    names = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
-    comparison = compare_backends(model, names, tol=tolerance(tol), time_limit=time_limit, repeats=repeats)
+    listed = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
+    comparison = compare_backends(
+        model, "all" if listed == ["all"] else listed, tol=tolerance(tol), time_limit=time_limit, repeats=repeats
+    )
     print_comparison(comparison, title=case.name, wide=wide)
     if json is not None:
         json.write_text(comparison.to_json() + "\n", encoding="utf-8")

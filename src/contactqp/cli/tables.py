@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ..backends import backend_names, get_backend
+from ..backends import backend_names, family_names, get_backend, kind_of
 from ..comparison.columns import cells_of, fitting, printed_columns, width_of
 from ..comparison.compared import Compared
 from ..comparison.text import asked_for
+from ..errors import MissingBackendError
 from ..foundation.terminal import table_console
 
 _COLOURS = {"certified": "green", "unproven": "yellow", "missing": "yellow", "unsuitable": "yellow"}
@@ -58,43 +60,77 @@ def print_comparison(compared: Compared, title: str = "", *, wide: bool = False)
 _UNLIMITED = 10_000
 """Columns that no table needs."""
 
-_FACTS = ("needs", "reaches", "library", "available")
+_METHOD, _FACTS = ("name", "method", "needs"), ("name", "library", "licence", "reaches", "available")
 
 
 def print_backends() -> None:
-    """Print the table of backends; methods stand apart, where one line has no room for all."""
-    methods: dict[str, str] = {}
-    facts: dict[str, tuple[str | Text, ...]] = {}
-    broken = []
-    for name in backend_names():
-        try:
-            backend = get_backend(name)
-        except (Exception, SystemExit) as error:  # what another distribution runs when it is loaded may raise anything
-            broken.append(str(error))
-            methods[name], facts[name] = "-", ("-", "-", "-", Text("no, see below", style="red"))
-            continue
-        version = backend.version()
-        needs = ", ".join(sorted(need.name for need in backend.needs)) or "-"
-        available = Text("yes", style="green") if version else Text(f"pip install {backend.package}", style="yellow")
-        reaches = "-" if backend.reachable_tol is None else f"tol {backend.reachable_tol:g}"
-        methods[name] = backend.summary
-        facts[name] = needs, reaches, f"{backend.package} {version or ''}".strip(), available
+    """Print the tables of backends, by kind: methods, and what there is to know of their programs.
+
+    Where one line has room for all, there is one table. What to type where something is missing stands below.
+    """
+    listed = [_listed(name) for name in (*backend_names(), *family_names())]
     console = table_console()
-    whole = _table_of(("name", "method", *_FACTS), [(name, methods[name], *facts[name]) for name in methods])
+    whole = _table_of((*_METHOD, *_FACTS[1:]), listed)
     if Console(width=_UNLIMITED).measure(whole).maximum <= console.width:
         console.print(whole)
     else:
-        console.print(_table_of(("name", "method"), list(methods.items())))
+        console.print(_table_of(_METHOD, listed))
         console.print()
-        console.print(_table_of(("name", *_FACTS), [(name, *facts[name]) for name in facts]))
-    for reason in broken:
-        console.print(Text(reason, style="yellow"))
+        console.print(_table_of(_FACTS, listed))
+    for entry in listed:
+        if entry.obstacle:
+            console.print(Text(entry.obstacle, style="yellow"))
 
 
-def _table_of(headings: Sequence[str], rows: Sequence[Sequence[str | Text]]) -> Table:
+@dataclass(frozen=True)
+class _Listed:
+    """What is listed of a backend: its kind, its cells by their headings, and why it cannot be called, if so."""
+
+    kind: str
+    cells: Mapping[str, str | Text]
+    obstacle: str = ""
+
+
+def _listed(name: str) -> _Listed:
+    try:
+        backend = get_backend(name)
+    except (Exception, SystemExit) as error:  # what another distribution runs when it is loaded may raise anything
+        return _Listed(kind_of(name), {"name": name, "available": _NO}, str(error))
+    try:
+        backend.require()
+        obstacle = ""
+    except MissingBackendError as error:
+        missing = backend.missing()
+        obstacle = f"{name}: pip install {' '.join(missing)}" if missing else str(error)
+    cells: dict[str, str | Text] = {
+        "name": name,
+        "method": backend.summary,
+        "needs": ", ".join(sorted(need.name for need in backend.needs)) or "-",
+        "library": f"{backend.package} {backend.version() or ''}".strip(),
+        "licence": backend.licence or "-",
+        "reaches": "-" if backend.reachable_tol is None else f"{backend.reachable_tol:g}",
+        "available": _NO if obstacle else Text("yes", style="green"),
+    }
+    return _Listed(kind_of(name), cells, obstacle)
+
+
+def _rank(kind: str) -> tuple[int, str]:
+    """Return where a kind stands: the package's own methods first, plug-ins last."""
+    first = ("own", "library")
+    return (first.index(kind) if kind in first else len(first) + (kind == "plug-in"), kind)
+
+
+_NO = Text("no, see below", style="red")
+
+
+def _table_of(headings: Sequence[str], listed: Sequence[_Listed]) -> Table:
     table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 1))
     for heading in headings:
         table.add_column(heading, overflow="fold")
-    for row in rows:
-        table.add_row(*row)
+    for kind in sorted({entry.kind for entry in listed}, key=_rank):
+        table.add_row()
+        table.add_row(Text(f"{kind}:", style="bold"))
+        for entry in listed:
+            if entry.kind == kind:
+                table.add_row(*(entry.cells.get(heading, "-") for heading in headings))
     return table

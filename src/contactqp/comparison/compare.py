@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
-from ..backends import choose_backend, get_backend, usual_backends
+from ..backends import all_backends, choose_backend, get_backend, usual_backends
 from ..backends.base import Backend
-from ..backends.contract import check_backend
+from ..backends.contract import check_declared
 from ..errors import UnknownBackendError
 from ..foundation.checks import integer_at_least
 from ..models.base import ContactModel, split
@@ -27,7 +27,7 @@ Attempted = TypeVar("Attempted")
 
 def compare(
     problem: ContactProblem | ContactModel,
-    backends: Sequence[str | Backend] | None = None,
+    backends: Sequence[str | Backend] | Literal["all"] | None = None,
     *,
     tol: float | str = 1e-6,
     max_iter: int | None = None,
@@ -44,9 +44,11 @@ def compare(
     ----------
     problem : Membrane, Cable, CableNet, ContactQP or ContactLCP
         What to solve.
-    backends : sequence of str or Backend, optional
+    backends : sequence of str or Backend, or "all", optional
         Names, see `backend_names`, or backends themselves; by default the installed ones, those of other distributions
-        too, whose methods suit the problem and are practical at its size; `Comparison.left_out` names the others.
+        too, whose methods suit the problem and are practical at its size; `Comparison.left_out` names the others. With
+        "all" the solvers that qpsolvers and CVXPY find are among them (``qpsolvers:piqp``, ``cvxpy:scs``, ...), and
+        `Comparison.left_out` tells of every other one why it was not asked.
     tol : float or str
         As for `solve`, for every backend: a number, or "low", "mid", "high" or "default".
     max_iter : int, optional
@@ -79,7 +81,7 @@ def compare(
     [303, 303]
     """
     _, algebra = split(problem)
-    names, left_out = usual_backends(algebra) if backends is None else (backends, {})
+    names, left_out = _chosen(backends, algebra)
     asked = _by_name(names)
     given = _checked_options(options)
     stray = sorted(set(given) - set(asked))
@@ -105,10 +107,21 @@ def compare(
     return Comparison(problem, outcomes, request.tolerance, provenance, left_out)
 
 
+def _chosen(
+    backends: Sequence[str | Backend] | Literal["all"] | None, problem: ContactProblem
+) -> tuple[Sequence[str | Backend], Mapping[str, str]]:
+    """Return whom to ask, and why others are left out."""
+    if backends is None:
+        return usual_backends(problem)
+    if isinstance(backends, str) and backends == "all":
+        return all_backends(problem)
+    return backends, {}
+
+
 def _by_name(backends: Sequence[str | Backend]) -> dict[str, str | Backend]:
     """Return what was asked for, by its names."""
     if isinstance(backends, (str, Backend)):
-        raise TypeError(f"backends must be a sequence of names, got {backends!r} alone; write [{backends!r}]")
+        raise TypeError(f"backends must be a sequence of names, got {backends!r} alone; write [{backends!r}], or 'all'")
     if not isinstance(backends, Iterable):
         raise TypeError(f"backends must be a sequence of names, got {backends!r}")
     backends = list(backends)
@@ -116,7 +129,7 @@ def _by_name(backends: Sequence[str | Backend]) -> dict[str, str | Backend]:
         raise ValueError("backends must hold a name at least, got none; leave them out for all that suit")
     for backend in backends:
         if isinstance(backend, Backend):
-            check_backend(backend)
+            check_declared(backend)
     names = [backend.name if isinstance(backend, Backend) else backend for backend in backends]
     for name in names:
         if not isinstance(name, str):
@@ -202,6 +215,8 @@ def _provenance(
         repeats=repeats,
         options=options,
         own_defaults=tuple(shipped),
-        versions=versions_of(backend.package for backend in backends.values()),
+        versions=versions_of(
+            package for backend in backends.values() for package in (*backend.also_needs, backend.package)
+        ),
         machine=machine(),
     )

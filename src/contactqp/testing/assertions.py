@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .comparison.compare import compare
-from .comparison.comparison import Comparison
-from .foundation.checks import Mask, Vector, finite_number, open_interval
-from .foundation.text import at_upper_bound
-from .geometry.fields import Rows
-from .models.base import ContactModel, at_unknowns
-from .problem.contact_problem import ContactProblem
-from .proof.certificate import Certificate
-from .proof.judge import Verdict, judge
-from .proof.status import Status
-from .solving.solution import Solution
+from ..comparison.compare import compare
+from ..comparison.comparison import Comparison
+from ..foundation.checks import Mask, Vector, finite_number, open_interval
+from ..foundation.text import at_upper_bound
+from ..geometry.fields import Rows
+from ..models.base import ContactModel, at_unknowns
+from ..problem.contact_problem import ContactProblem
+from ..proof.certificate import Certificate
+from ..proof.judge import Verdict, judge
+from ..proof.status import Status
+from ..solving.solution import Solution
 
 _ROUNDINGS = 16
 """Units of rounding of its largest value that a reference may be wrong by: formed as f - w, or summed up elsewhere."""
