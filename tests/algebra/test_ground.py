@@ -24,7 +24,8 @@ def grounded(draw):
         (rng.uniform(0.1, 2, (rows, columns + 1)), rng.uniform(0.1, 2, (rows + 1, columns))) if varying else (0.7, 0.3)
     )
     ground: Any = 0.4 if draw(st.booleans()) else rng.uniform(0, 10.0 ** rng.integers(-3, 4), mask.shape)
-    return Stencil(mask, *arms, ground), rng
+    horizontal, vertical = arms
+    return Stencil(mask, horizontal, vertical, ground), rng
 
 
 @given(grounded())

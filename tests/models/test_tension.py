@@ -77,6 +77,8 @@ def test_arrays_have_harmonic_means_of_their_ends():
     np.testing.assert_array_equal(down.stencil.vertical, vertical)
     placed = xr.DataArray(values[::-1], coords={"y": LATTICE.y[::-1], "x": LATTICE.x}, dims=("y", "x"))
     np.testing.assert_array_equal(cq.Membrane(LATTICE, placed, **DATA).stencil.vertical, vertical)
+    by_node = xr.DataArray(vector, dims="node")
+    np.testing.assert_array_equal(cq.Membrane(LATTICE, by_node, **DATA).stencil.horizontal, horizontal)
     pair = cq.Membrane(LATTICE, (placed, 3.0), **DATA)
     np.testing.assert_array_equal(pair.stencil.horizontal, arms(cq.Membrane(LATTICE, values, **DATA))[0])
     assert float(pair.stencil.vertical) == 3.0

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector, positive_number, read_only, real_array
-from .fields import Rows, evaluated, is_function, on_lattice, upwards_rows
-from .labelled import is_dataarray
+from .fields import Rows, evaluated, is_function, on_lattice, sample, upwards_rows
+from .labelled import is_dataarray, is_labelled
 from .lattice import Lattice
 from .numbering import Grid
 
@@ -130,8 +130,10 @@ def _with_ring(lattice: Lattice, field: Any, name: str, rows: Rows, used: Mask, 
     count, columns = lattice.shape
     grid = np.full((count + 2, columns + 2), np.nan)
     inner = grid[1:-1, 1:-1]
-    if is_dataarray(field):
+    if is_dataarray(field) and field.dims != ("node",):
         inner[...] = on_lattice(lattice, field, name, rows)
+    elif is_labelled(field):
+        inner[lattice.mask] = sample(lattice, field, name, rows=rows)  # by node
     else:
         if np.ma.is_masked(field):
             field = np.ma.filled(np.ma.asarray(field, dtype=np.float64), np.nan)
