@@ -1,33 +1,10 @@
-"""Models with an upper bound of the gap, which no model of the package has by itself."""
-
-from functools import cached_property
+"""Models with an upper bound of the gap, of every kind."""
 
 import numpy as np
 
 import contactqp as cq
 
 HEADROOM = 0.3
-
-
-class _UnderCeiling:
-    """The gap is at most `HEADROOM`."""
-
-    @cached_property
-    def problem(self):
-        below = super().problem
-        return cq.ContactQP(below.G, below.q, upper=HEADROOM, gap_scale=0.1)
-
-
-class MembraneUnderCeiling(_UnderCeiling, cq.Membrane):
-    pass
-
-
-class CableUnderCeiling(_UnderCeiling, cq.Cable):
-    pass
-
-
-class NetUnderCeiling(_UnderCeiling, cq.CableNet):
-    pass
 
 
 def _load(x, y):
@@ -38,7 +15,8 @@ def _load(x, y):
 def models_under_ceilings():
     """Return a membrane, a cable and a net with nodes on either bound, and free ones; all have 0.1 to the support."""
     lattice = cq.Frame.rectangle(8.0, 3.0).lattice(0.5)
-    membrane = MembraneUnderCeiling(lattice, 1.0, load=_load, support=0.1)
-    cable = CableUnderCeiling(8.0, spacing=0.5, tension=1.0, load=_load, support=0.1, start=-4.0)
-    net = NetUnderCeiling.orthogonal(lattice, 0.5, load=lambda x, y: 0.25 * _load(x, y), support=0.1)
+    surfaces = {"support": 0.1, "ceiling": 0.1 - HEADROOM}
+    membrane = cq.Membrane(lattice, 1.0, load=_load, **surfaces)
+    cable = cq.Cable(8.0, spacing=0.5, tension=1.0, load=_load, start=-4.0, **surfaces)
+    net = cq.CableNet.orthogonal(lattice, 0.5, load=lambda x, y: 0.25 * _load(x, y), **surfaces)
     return [membrane, cable, net]

@@ -27,6 +27,7 @@ def exact_matrix(problem):
             matrix[own][own] += weight
             if other >= 0:
                 matrix[own][other] -= weight
+        matrix[own][own] += Fraction(float(np.broadcast_to(stencil.ground, stencil.mask.shape)[i, j]))
     return matrix
 
 

@@ -61,7 +61,7 @@ class ContactMethods:
     def model(
         self,
         *,
-        tension: float | None = None,
+        tension: Any = None,
         nodes: Any = None,
         frame_height: Any = 0.0,
         upwards: bool | None = None,
@@ -71,8 +71,9 @@ class ContactMethods:
 
         Parameters
         ----------
-        tension : float, optional
-            By default the dataset's variable or attribute of that name.
+        tension : float, array, function or pair of these, optional
+            As for `contactqp.Membrane`. By default the dataset's variable or attribute of that name, or those named
+            tension_x and tension_y; the variables ceiling and foundation are taken as well.
         nodes : array of bool, shape (rows, columns), optional
             Which points are nodes; all else is frame. By default they are those with a load and a support, where
             others are nan; where none is nan, all but the outermost rows and columns, which are the frame.
@@ -94,7 +95,8 @@ class ContactMethods:
             told = " and ".join(missing)
             raise ValueError(f"the dataset must have load and support, but has no variable {told}")
         grid: dict[str, Any] = {
-            name: data[name].sortby([axis for axis in ("x", "y") if axis in data[name].coords]) for name in _FIELDS
+            name: data[name].sortby([axis for axis in ("x", "y") if axis in data[name].coords])
+            for name in (*_FIELDS, *(name for name in ("ceiling", "foundation") if name in data))
         }
         first = {axis: self._start(axis) for axis in ("x", "y") if axis in data.dims}
         if "x" not in first:
@@ -241,16 +243,17 @@ class ContactMethods:
         own = float(self._dataset.attrs.get("spacing", np.nan))
         return own if abs(own - steps["x" if "x" in steps else "y"]) <= 1e-9 * own else next(iter(steps.values()))
 
-    def _tension(self, given: float | None) -> Any:
+    def _tension(self, given: Any) -> Any:
         if given is not None:
             return given
-        if "tension" in self._dataset:
-            tension = self._dataset["tension"]
-            if tension.ndim:
-                raise ValueError(f"the tension must be one number, but lies along {tension.dims}")
-            return tension
-        if "tension" in self._dataset.attrs:
-            return self._dataset.attrs["tension"]
+        found = {
+            name: self._dataset[name] if name in self._dataset else self._dataset.attrs.get(name)
+            for name in ("tension", "tension_x", "tension_y")
+        }
+        if found["tension"] is not None:
+            return found["tension"]
+        if found["tension_x"] is not None and found["tension_y"] is not None:
+            return found["tension_x"], found["tension_y"]
         raise ValueError("the dataset has no variable and no attribute tension: say solve(tension=...)")
 
     def _nodes(self, given: Any) -> Mask:

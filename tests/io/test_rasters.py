@@ -174,7 +174,7 @@ def test_missing_values_are_refused_by_node_or_taken_for_no_support(case, tmp_pa
     np.savetxt(tmp_path / "f.csv", np.where(stored == np.float32(no_data), np.nan, stored), delimiter=",")
     model = load_case(case('{file = "f.csv", missing = "none"}'))
     assert np.count_nonzero(~model.supported) == 1
-    with pytest.raises(cq.CaseFileError, match=r'load.missing = "none" goes with a support only'):
+    with pytest.raises(cq.CaseFileError, match=r'load.missing = "none" goes with a support or a ceiling only'):
         load_case(case("1.0", load='{file = "f.tif", missing = "none"}'))
 
 

@@ -63,12 +63,14 @@ def lattices(draw, max_side=11):
     """A lattice with equal or varying arms, its stencil, and a random generator."""
     mask = draw(lattice_masks(max_side, max_side))
     rng = np.random.default_rng(draw(st.integers(0, 9999)))
-    kind = draw(st.sampled_from(["equal", "anisotropic", "varying"]))
+    kind = draw(st.sampled_from(["equal", "anisotropic", "varying", "on springs"]))
     if kind == "varying":
         arms: Any = (
             rng.uniform(0.5, 1.5, (mask.shape[0], mask.shape[1] + 1)),
             rng.uniform(0.5, 1.5, (mask.shape[0] + 1, mask.shape[1])),
         )
+    elif kind == "on springs":
+        arms = (0.25, 0.25, rng.uniform(0.0, 0.5, mask.shape) * (rng.uniform(size=mask.shape) < 0.7))
     else:
         arms = (0.25, 0.25) if kind == "equal" else (0.01, 0.49)
     stencil = Stencil(mask, *arms)
@@ -97,7 +99,7 @@ def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
             expected[i] = min(problem.upper[i], max(problem.lower[i], value))
     sweep = lattice_kernels(lattice.varying).sweep
     limits = problem.bound_grids()
-    arguments = omega, layout.grid(problem.q), lattice.across, lattice.along, *limits, layout.runs, layout.row_start
+    arguments = omega, layout.grid(problem.q), *lattice.stiffnesses, *limits, layout.runs, layout.row_start
     middle = 1 + lattice.rows // 2
     strips = (
         [(1, middle), (middle, lattice.rows + 1)]
@@ -123,7 +125,7 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
     coarse = np.zeros((plan.rows + 2, plan.columns + 2), dtype=precision)
     slope = 0.3
     changes, worst = exchange_kernels(lattice.varying, precision).restrict_residual(
-        layout.grid(gap), layout.grid(problem.q), lattice.across, lattice.along, *problem.bound_grids(), layout.runs,
+        layout.grid(gap), layout.grid(problem.q), *lattice.stiffnesses, *problem.bound_grids(), layout.runs,
         layout.row_start, hierarchy.free, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening,
         slope, 1, plan.rows + 1,
     )  # fmt: skip
@@ -145,7 +147,7 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
         again[flip] = bound if free[flip] and np.isfinite(bound) else min(high, 0.0) - 1.0
     now_free = low < again[flip] < high
     changes, _ = exchange_kernels(lattice.varying, precision).restrict_residual(
-        layout.grid(again), layout.grid(problem.q), lattice.across, lattice.along, *problem.bound_grids(), layout.runs,
+        layout.grid(again), layout.grid(problem.q), *lattice.stiffnesses, *problem.bound_grids(), layout.runs,
         layout.row_start, hierarchy.free, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening,
         slope, 1, plan.rows + 1,
     )  # fmt: skip
@@ -261,8 +263,7 @@ def test_corrections_are_projected_and_the_line_search_knows_the_energy(case):
         omega,
         corrected,
         layout.grid(problem.q),
-        lattice.across,
-        lattice.along,
+        *lattice.stiffnesses,
         layout.runs,
         layout.row_start,
         1,

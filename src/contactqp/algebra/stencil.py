@@ -28,9 +28,9 @@ class Stencil(LatticeStiffness):
     """Five-point stiffness G on a lattice: each node is joined to its four neighbours by arms.
 
     G_ii is the sum of the stiffnesses of the node's four arms, G_ij = -(stiffness of the arm) for two nodes
-    that share one; an arm that ends on the frame enters the diagonal alone. With every arm equal to the
-    tension T this is the membrane's matrix (2.7)-(2.8) of the paper that contactqp starts from; with no
-    vertical arms and T/spacing along x it is the cable's.
+    that share one; an arm that ends on the frame enters the diagonal alone, and so does one that ends on the ground
+    below the node. With every arm equal to the tension T this is the membrane's matrix (2.7)-(2.8) of the paper that
+    contactqp starts from; with no vertical arms and T/spacing along x it is the cable's.
 
     Parameters
     ----------
@@ -40,6 +40,8 @@ class Stencil(LatticeStiffness):
         Stiffness (force per length) of the arm between ``[i, j - 1]`` and ``[i, j]``, >= 0.
     vertical : float or array, shape (rows + 1, columns)
         Stiffness of the arm between ``[i - 1, j]`` and ``[i, j]``, >= 0.
+    ground : float or array, shape (rows, columns)
+        Stiffness of the arm between ``[i, j]`` and the ground, which is at height zero, >= 0: of an elastic foundation.
 
     Raises
     ------
@@ -53,13 +55,19 @@ class Stencil(LatticeStiffness):
     array([[ 4., -1.,  0.],
            [-1.,  4., -1.],
            [ 0., -1.,  4.]])
+    >>> Stencil(np.ones((1, 2), dtype=bool), horizontal=1.0, vertical=0.0, ground=0.5).tocsr().toarray()
+    array([[ 2.5, -1. ],
+           [-1. ,  2.5]])
     """
 
-    def __init__(self, mask: Mask, horizontal: float | _Grid, vertical: float | _Grid) -> None:
+    def __init__(
+        self, mask: Mask, horizontal: float | _Grid, vertical: float | _Grid, ground: float | _Grid = 0.0
+    ) -> None:
         self.numbering = Numbering(_checked_mask(mask))
         rows, columns = self.mask.shape
         self.horizontal = _arms(horizontal, (rows, columns + 1), "horizontal")
         self.vertical = _arms(vertical, (rows + 1, columns), "vertical")
+        self.ground = _arms(ground, (rows, columns), "ground")
         self._refuse_extremes()
         if not self.uniform and not (self.horizontal.all() and self.vertical.all()):
             self._refuse_floating_parts()
@@ -107,14 +115,20 @@ class Stencil(LatticeStiffness):
 
     def scaled(self, factor: float) -> Stencil:
         """Return the stencil whose arms are all ``factor`` times as stiff."""
-        return Stencil._of(self.numbering, self.horizontal * factor, self.vertical * factor)
+        return Stencil._of(self.numbering, self.horizontal * factor, self.vertical * factor, self.ground * factor)
+
+    def tensioned(self, factor: float) -> Stencil:
+        """Return the stencil whose arms are all ``factor`` times as stiff, but for those that end on the ground."""
+        return Stencil._of(self.numbering, self.horizontal * factor, self.vertical * factor, self.ground)
 
     @classmethod
-    def _of(cls, numbering: Numbering, horizontal: _Grid, vertical: _Grid) -> Stencil:
+    def _of(cls, numbering: Numbering, horizontal: _Grid, vertical: _Grid, ground: _Grid) -> Stencil:
         """Return the stencil of nodes that are numbered already, with arms that reach the frame."""
         stencil = cls.__new__(cls)
         stencil.numbering = numbering
-        stencil.horizontal, stencil.vertical = (read_only(np.asarray(arms)) for arms in (horizontal, vertical))
+        stencil.horizontal, stencil.vertical, stencil.ground = (
+            read_only(np.asarray(arms)) for arms in (horizontal, vertical, ground)
+        )
         stencil._refuse_extremes()
         return stencil
 
@@ -124,7 +138,7 @@ class Stencil(LatticeStiffness):
         if not self.finite:
             raise ValueError(
                 "the stiffness of a node's arms together overflows: horizontal and vertical have values up to "
-                f"{max(self.horizontal.max(), self.vertical.max()):g}; take larger units"
+                f"{max(self.horizontal.max(), self.vertical.max(), self.ground.max()):g}; take larger units"
             )
 
     def diagonal(self) -> Vector:
@@ -134,12 +148,17 @@ class Stencil(LatticeStiffness):
         west, east, south, north = self.weights()
         with np.errstate(over="ignore"):
             joined = (west + east) + (south + north)
+            if self.grounded:
+                joined = joined + self.ground
         return self.numbering.to_vector(np.broadcast_to(joined, self.mask.shape))
 
     @property
     def diagonal_rounding(self) -> float:
-        """See `Stiffness.diagonal_rounding`: each arm passes two sums, and one more turns it to the rounded entry."""
-        return gamma(3)
+        """See `Stiffness.diagonal_rounding`: each arm passes two sums, and one more turns it to the rounded entry.
+
+        With arms to the ground it is one sum more.
+        """
+        return gamma(4) if self.grounded else gamma(3)
 
     def _joined_arms(self) -> float:
         """Return the stiffness of four equal arms together."""
@@ -158,13 +177,15 @@ class Stencil(LatticeStiffness):
         result -= east * padded[..., 1:-1, 2:]
         result -= south * padded[..., :-2, 1:-1]
         result -= north * padded[..., 2:, 1:-1]
+        if self.grounded:
+            result += self.ground * padded[..., 1:-1, 1:-1]
         return self.numbering.to_vector(result)
 
     def pull(self, height: _Grid) -> Vector:
         """Return the force with which the arms resist a shape: sum of stiffness x (own height - the other end's).
 
         For heights h on nodes and frame it is Gh - b with b_i the sum of stiffness x height over node i's frame points;
-        formed from differences, it does not lose digits to a common height.
+        formed from differences, it does not lose digits to a common height. The ground is at height zero.
 
         Parameters
         ----------
@@ -179,6 +200,8 @@ class Stencil(LatticeStiffness):
         own = height[1:-1, 1:-1]
         force = west * (own - height[1:-1, :-2]) + east * (own - height[1:-1, 2:])
         force = force + (south * (own - height[:-2, 1:-1]) + north * (own - height[2:, 1:-1]))
+        if self.grounded:
+            force = force + self.ground * own
         return self.numbering.to_vector(force)
 
     def pull_and_magnitude(self, height: _Grid) -> tuple[Vector, Vector]:
@@ -193,6 +216,9 @@ class Stencil(LatticeStiffness):
             first, second = own - one, own - other
             force += arms[0] * first + arms[1] * second
             magnitude += arms[0] * np.abs(first) + arms[1] * np.abs(second)
+        if self.grounded:
+            force += self.ground * own
+            magnitude += self.ground * np.abs(own)
         return self.numbering.to_vector(force), self.numbering.to_vector(magnitude)
 
     def modulus_matvec(self, vector: Vector) -> Vector:
@@ -207,7 +233,8 @@ class Stencil(LatticeStiffness):
         """
         product, bound = self.pull_and_magnitude(self.numbering.to_grid(vector, ring=1))
         bound += np.abs(force)
-        bound *= gamma(DIFFERENCES)
+        # What the ground adds is rounded once more in the sum, and once more in its bound.
+        bound *= gamma(DIFFERENCES + 2 if self.grounded else DIFFERENCES)
         bound += UNDERFLOW
         return product + force, bound
 
@@ -232,14 +259,18 @@ class Stencil(LatticeStiffness):
                     product, error = two_product(stiffness, difference)
                     chain.add(product, error, stiffness * rest)
                     chain.take_into_account(stiffness * (np.abs(padded_low[own]) + np.abs(padded_low[other])))
-                result[first:last], bound[first:last] = chain.result(5)
+                if self.grounded:
+                    stiffness = np.broadcast_to(self.ground, self.mask.shape)[first:last]
+                    product, error = two_product(stiffness, padded_high[own])
+                    chain.add(product, error, stiffness * padded_low[own])
+                result[first:last], bound[first:last] = chain.result(6 if self.grounded else 5)
         return self.numbering.to_vector(result), self.numbering.to_vector(bound)
 
     def restricted(self, free: Mask) -> Stencil:
         """Return the stencil of some nodes, for which the others are frame."""
         mask = np.zeros(self.mask.shape, dtype=np.bool_)
         mask[self.mask] = free
-        return Stencil(mask, self.horizontal, self.vertical)
+        return Stencil(mask, self.horizontal, self.vertical, self.ground)
 
     def comparison(self) -> Stencil:
         """Return the stencil itself, which is its own comparison matrix."""
@@ -271,6 +302,7 @@ class Stencil(LatticeStiffness):
             + south * ~points[:-2, 1:-1]
             + north * ~points[2:, 1:-1]
         )
+        held = held + self.ground
         loose = np.bincount(part, weights=held[self.mask] > 0, minlength=count) == 0
         if loose.any():
             node = int(np.flatnonzero(loose[part])[0])
@@ -292,7 +324,7 @@ class Stencil(LatticeStiffness):
 
     @property
     def _arrays(self) -> tuple[NDArray[Any], ...]:
-        return self.mask, self.horizontal, self.vertical
+        return self.mask, self.horizontal, self.vertical, self.ground
 
     def tocsr(self) -> csr_array:
         """Assemble G as a sparse array with sorted column numbers."""
@@ -344,7 +376,8 @@ class Stencil(LatticeStiffness):
         return west_arm, south_arm
 
     def __repr__(self) -> str:
-        kind = "uniform" if self.uniform else "varying arms"
+        kind = "uniform" if self.horizontal.ndim == self.vertical.ndim == 0 else "varying arms"
+        kind += ", on a foundation" * self.grounded
         return f"Stencil({self.size} nodes in {self.mask.shape[0]} x {self.mask.shape[1]}, {kind})"
 
 

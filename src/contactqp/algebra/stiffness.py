@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -198,11 +199,14 @@ class LatticeStiffness(Stiffness):
     numbering : Numbering
     horizontal, vertical : array
         Stiffness of the arms: shapes (rows, columns + 1) and (rows + 1, columns), or a number where all are equal.
+    ground : array
+        Stiffness of the arms between the nodes and the ground, shape (rows, columns), or a number, zero for none.
     """
 
     numbering: Numbering
     horizontal: NDArray[np.float64]
     vertical: NDArray[np.float64]
+    ground: NDArray[np.float64]
 
     @property
     def mask(self) -> Mask:
@@ -216,8 +220,13 @@ class LatticeStiffness(Stiffness):
 
     @property
     def uniform(self) -> bool:
-        """Whether all horizontal arms are equal, and all vertical ones."""
-        return self.horizontal.ndim == 0 and self.vertical.ndim == 0
+        """Whether all horizontal arms are equal, and all vertical ones, and none ends on the ground."""
+        return self.horizontal.ndim == 0 and self.vertical.ndim == 0 and not self.grounded
+
+    @cached_property
+    def grounded(self) -> bool:
+        """Whether an arm ends on the ground."""
+        return bool(self.ground.any())
 
 
 def growth_bound(stiffness: Stiffness) -> float:

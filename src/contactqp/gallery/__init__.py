@@ -1,6 +1,13 @@
 """Gallery: named problems with known answers, for tests, benchmarks and lectures."""
 
-from .cables import cable_on_floor, cable_on_parabola, cable_on_posts
+from .cables import (
+    cable_between_floor_and_ceiling,
+    cable_of_varying_tension,
+    cable_on_floor,
+    cable_on_foundation,
+    cable_on_parabola,
+    cable_on_posts,
+)
 from .membranes import (
     PAPER_CORNERS,
     PAPER_LOADS,
@@ -8,6 +15,7 @@ from .membranes import (
     bowl,
     islands,
     l_shape_with_hole,
+    orthotropic_ellipse,
     paper_hexagon,
     spiral,
 )
@@ -17,11 +25,15 @@ __all__ = [
     "PAPER_LOADS",
     "ball",
     "bowl",
+    "cable_between_floor_and_ceiling",
+    "cable_of_varying_tension",
     "cable_on_floor",
+    "cable_on_foundation",
     "cable_on_parabola",
     "cable_on_posts",
     "islands",
     "l_shape_with_hole",
+    "orthotropic_ellipse",
     "paper_hexagon",
     "spiral",
 ]

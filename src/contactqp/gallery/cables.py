@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..foundation.checks import Vector, finite_number, integer_at_least, real_array, refuse_non_finite
+from ..foundation.checks import Vector, finite_number, integer_at_least, positive_number, real_array, refuse_non_finite
 from ..models.cable import Cable
 
 
@@ -138,3 +138,123 @@ def cable_on_posts(depths: ArrayLike, bay: int) -> tuple[Cable, Vector, Vector]:
     along = x % bay
     deflection = np.interp(x, bay * np.arange(held.size), held) + along * (bay - along) / 2
     return cable, deflection, reaction
+
+
+def cable_on_foundation(nodes: int, contact_starts_after: int, stiffness: float = 1.0) -> tuple[Cable, Vector]:
+    """Return a cable on an elastic foundation over a flat floor, and its exact continuous deflection at the nodes.
+
+    T = p = L = 1, on the span (0, L). With λ = √(k/T) the free part from each end is
+    w = p/k - (p/k - f) cosh λ(a - x); it touches the floor f = (p/k)(1 - 1/cosh λa) with slope zero at x = a.
+
+    Parameters
+    ----------
+    nodes : int
+        Nodes between the ends.
+    contact_starts_after : int
+        a in spacings; at most (nodes + 1)/2.
+    stiffness : float
+        kL²/T, > 0.
+
+    Examples
+    --------
+    >>> cable, exact = cable_on_foundation(nodes=7, contact_starts_after=2, stiffness=4.0)
+    >>> exact.round(4)
+    array([0.0213, 0.0283, 0.0283, 0.0283, 0.0283, 0.0283, 0.0213])
+    """
+    nodes, count = _nodes_and_touchdown(nodes, contact_starts_after)
+    stiffness = positive_number(stiffness, "stiffness")
+    spacing, rate = 1 / (nodes + 1), np.sqrt(stiffness)
+    touchdown = count * spacing
+    # p/k - f is 1/(k cosh λa), and f = 2 sinh²(λa/2)/(k cosh λa), which loses no digits where λa is small.
+    floor = 2 * np.sinh(rate * touchdown / 2) ** 2 / (stiffness * np.cosh(rate * touchdown))
+    cable = Cable(
+        nodes=nodes, spacing=spacing, tension=1.0, load=1.0, support=float(floor), foundation=float(stiffness)
+    )
+    left = touchdown - _distance_to_end(cable)
+    rest = 2 * np.sinh(rate * np.maximum(left, 0.0) / 2) ** 2 / (stiffness * np.cosh(rate * touchdown))
+    return cable, floor - rest
+
+
+def cable_of_varying_tension(nodes: int, contact_starts_after: int, slope: float = 2.0) -> tuple[Cable, Vector]:
+    """Return a cable whose tension grows towards its middle, and its exact continuous deflection at the nodes.
+
+    T = T₀(1 + αs) with the distance s from the nearer end, T₀ = p = L = 1; a flat floor. The free part from each end
+    has w' = p(a - s)/T, w = (p/T₀)[(a + 1/α) ln(1 + αs)/α - s/α], and touches the floor f = w(a) with slope zero at
+    s = a.
+
+    Parameters
+    ----------
+    nodes : int
+        Nodes between the ends.
+    contact_starts_after : int
+        a in spacings; at most (nodes + 1)/2.
+    slope : float
+        αL, > 0.
+
+    Examples
+    --------
+    >>> cable, exact = cable_of_varying_tension(nodes=7, contact_starts_after=2)
+    >>> exact.round(4)
+    array([0.0212, 0.027 , 0.027 , 0.027 , 0.027 , 0.027 , 0.0212])
+    """
+    nodes, count = _nodes_and_touchdown(nodes, contact_starts_after)
+    slope = positive_number(slope, "slope")
+    spacing = 1 / (nodes + 1)
+    touchdown = count * spacing
+
+    def fallen(distance: Vector) -> Vector:
+        return np.asarray((touchdown + 1 / slope) * np.log1p(slope * distance) / slope - distance / slope)
+
+    cable = Cable(
+        nodes=nodes,
+        spacing=spacing,
+        tension=lambda x: 1 + slope * np.minimum(x, 1 - x),
+        load=1.0,
+        support=float(fallen(np.array(touchdown))),
+    )
+    return cable, fallen(np.minimum(_distance_to_end(cable), touchdown))
+
+
+def cable_between_floor_and_ceiling(half: int, contact_starts_after: int) -> tuple[Cable, Vector]:
+    """Return a cable pressed on a floor on its left and on a ceiling on its right, and its exact deflection.
+
+    T = Δ = 1, p = 1 on the left half, -1 on the right, and 0 at the middle node; the floor lies as deep below the ends
+    as the ceiling lies above them, f = pa²/2T. Contact on [a, L/2 - a] below and on [L/2 + a, L - a] above; in between
+    w = f - p(x - L/2 + a)²/2T on the left of the middle, and the negative of that on the right. Three-point differences
+    of a parabola are exact, so the discrete answer is the continuous one.
+
+    Parameters
+    ----------
+    half : int
+        L/2 in spacings.
+    contact_starts_after : int
+        a in spacings; at most half of ``half``.
+
+    Examples
+    --------
+    >>> cable, exact = cable_between_floor_and_ceiling(half=5, contact_starts_after=2)
+    >>> exact
+    array([ 1.5,  2. ,  2. ,  1.5,  0. , -1.5, -2. , -2. , -1.5])
+    """
+    half = integer_at_least(half, 2, "half")
+    count = integer_at_least(contact_starts_after, 1, "contact_starts_after")
+    if 2 * count > half:
+        raise ValueError(f"contact_starts_after must be <= half / 2 = {half / 2:g}, got {count}")
+    floor = count**2 / 2
+    cable = Cable(
+        nodes=2 * half - 1,
+        spacing=1.0,
+        tension=1.0,
+        load=lambda x: np.sign(half - x),
+        support=floor,
+        ceiling=-floor,
+    )
+    # Either half is that of a cable on a floor.
+    from_middle = np.abs(cable.lattice.node_x - half)
+    distance = np.minimum(np.minimum(from_middle, half - from_middle), count)
+    return cable, np.sign(half - cable.lattice.node_x) * (distance * count - distance**2 / 2)
+
+
+def _distance_to_end(cable: Cable) -> Vector:
+    x = cable.lattice.node_x
+    return np.minimum(x - cable.start, cable.start + cable.span - x)

@@ -119,7 +119,8 @@ def values_at(
     allow_inf : bool
         Whether ``absent`` is a value (a support that is not there).
     absent : float
-        inf where heights are positive downwards, -inf where they are positive upwards.
+        Of a support inf where heights are positive downwards, -inf where they are positive upwards; of a ceiling the
+        other way round.
 
     Returns
     -------
@@ -138,7 +139,8 @@ def values_at(
     good = np.isfinite(vector) | (vector == absent) if allow_inf else np.isfinite(vector)
     if not good.all():
         worst = int(np.argmin(good))
-        wanted = f"finite or {absent:+} (no support)" if allow_inf else "finite"
+        what = "ceiling" if name == "ceiling" else "support"
+        wanted = f"finite or {absent:+} (no {what})" if allow_inf else "finite"
         raise ValueError(f"{name} must be {wanted}, but is {vector[worst]} at {describe(worst)}")
     return vector
 

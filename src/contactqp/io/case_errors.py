@@ -13,6 +13,9 @@ from .case_sections import SECTIONS, DataFile, Section
 
 _WAYS = {"number": "a number", "file": "a table with file", "profile": "a table with profile"}
 
+_FIELDS = ("frame", "load", "support", "frame_height", "ceiling", "foundation", "tension")
+"""Keys whose value may be of several kinds."""
+
 _SHOWN = 3
 """Errors that are told; the others are counted."""
 
@@ -81,7 +84,13 @@ def _place(location: tuple[int | str, ...], case: type[Section]) -> tuple[list[i
     names, section, parts = [], case, list(location)
     while parts:
         names.append(parts.pop(0))
-        if len(names) == 1 and names[0] in ("frame", "load", "support", "frame_height"):
+        if names[0] not in _FIELDS:
+            continue
+        if len(names) == 1 and parts and parts[0] in ("one", "pair"):
+            kind, *parts = parts
+            names += parts[:1] if kind == "pair" else []
+            parts = parts[1:] if kind == "pair" else parts
+        if len(names) == 1 or (len(names) == 2 and isinstance(names[1], int)):
             while parts and (parts[0] in _WAYS or parts[0] in SECTIONS):
                 kind = str(parts.pop(0))
                 section = DataFile if kind == "file" else SECTIONS.get(kind, section)

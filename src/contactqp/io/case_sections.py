@@ -273,6 +273,16 @@ _Number: TypeAlias = Annotated[Finite, Tag("number")]
 _File: TypeAlias = Annotated[DataFile, Tag("file")]
 _Profile: TypeAlias = Annotated[ProfileSection, Tag("profile")]
 
+
+def _kind_of_tension(value: Any) -> str:
+    """Return whether a tension is given for all directions or for each."""
+    return "pair" if isinstance(value, (list, tuple)) else "one"
+
+
+Tension: TypeAlias = Annotated[Annotated[Positive, Tag("number")] | _File, _ByKind]
+TensionOrPair: TypeAlias = Annotated[
+    Annotated[Tension, Tag("one")] | Annotated[tuple[Tension, Tension], Tag("pair")], Discriminator(_kind_of_tension)
+]
 Load: TypeAlias = Annotated[_Number | _File, _ByKind]
 Support: TypeAlias = Annotated[Annotated[Ordinate, Tag("number")] | _File | _Profile, _ByKind]
 FrameHeight: TypeAlias = Annotated[_Number | _Profile, _ByKind]
@@ -298,14 +308,18 @@ class MembraneCase(Section):
     """Whether heights are elevations, positive upwards."""
     crs: str = ""
     """Coordinate reference system of x and y, as "EPSG:25832"; a mask's .tif file may tell it, too."""
-    tension: Positive
-    """Force per length."""
+    tension: TensionOrPair
+    """Force per length: a number or a file; or two of these in brackets, along x and along y."""
     load: Load
     """Active pressure, positive downwards (force per area)."""
     support: Support
     """Height of the rigid profile (length), positive downwards, or upwards with upwards = true; inf (-inf) for none."""
     frame_height: FrameHeight = 0.0
     """Height of the frame (length), positive as that of the support."""
+    ceiling: Support | None = None
+    """Height of a rigid surface above the membrane (length), positive as that of the support; -inf (inf) for none."""
+    foundation: Load | None = None
+    """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per area and length)."""
 
 
 class CableCase(Section):
@@ -321,14 +335,18 @@ class CableCase(Section):
     """Whether heights are elevations, positive upwards."""
     spacing: Positive
     """Distance of neighbouring nodes (length)."""
-    tension: Positive
-    """Force."""
+    tension: Tension
+    """Force: a number or a file."""
     load: Load
     """Active load, positive downwards (force per length)."""
     support: Support
     """Height of the ground (length), positive downwards, or upwards with upwards = true; inf (-inf) for none."""
     frame_height: FrameHeight = 0.0
     """Heights of the ends (length), positive as that of the ground."""
+    ceiling: Support | None = None
+    """Height of a rigid surface above the cable (length), positive as that of the ground; -inf (inf) for none."""
+    foundation: Load | None = None
+    """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per length and length)."""
 
 
 def schema() -> dict[str, Any]:

@@ -126,19 +126,21 @@ class _Files:
             raise CaseFileError(f"{self.path}: {key} = {shortened(section.file)!r}: {error}") from None
 
     def field(self, value: Any, key: str, lattice: Lattice, *, upwards: bool = False) -> Any:
-        """Return a load or a height as a model takes it; numbers of a file as an array whose rows go up."""
-        if isinstance(value, float):
+        """Return a load, a height or a tension as a model takes it; numbers of a file as an array whose rows go up."""
+        if value is None or isinstance(value, float):
             return value
+        if isinstance(value, tuple):
+            return tuple(self.field(part, f"{key}[{k}]", lattice) for k, part in enumerate(value))
         if isinstance(value, DataFile):
             raster = self.upright(value, f"{key}.file")
             absent = None
             if value.missing == "none":
-                if key != "support":
+                if key not in ("support", "ceiling"):
                     raise CaseFileError(
-                        f'{self.path}: {key}.missing = "none" goes with a support only; fill the values'
+                        f'{self.path}: {key}.missing = "none" goes with a support or a ceiling only; fill the values'
                     )
                 # Where a value is missing, factor and offset have no say.
-                absent = -np.inf if upwards else np.inf
+                absent = -np.inf if upwards == (key == "support") else np.inf
             try:
                 grid = on_lattice(raster, lattice, resample=value.resample)
                 return without_missing(value.offset + value.factor * grid, lattice, absent, lattice.describe)
@@ -165,10 +167,20 @@ def _membrane(case: MembraneCase, path: Path) -> Membrane:
         "load": files.field(case.load, "load", lattice),
         "support": files.field(case.support, "support", lattice, upwards=case.upwards),
         "frame_height": files.field(case.frame_height, "frame_height", lattice, upwards=case.upwards),
+        "tension": files.field(case.tension, "tension", lattice),
+        "ceiling": files.field(case.ceiling, "ceiling", lattice, upwards=case.upwards),
+        "foundation": files.field(case.foundation, "foundation", lattice),
     }
     if files.rows == "down":
-        fields = {name: upwards_rows(value, "down") if np.ndim(value) else value for name, value in fields.items()}
-    return Membrane(lattice, tension=case.tension, **fields, upwards=case.upwards, rows=files.rows)
+        fields = {name: _turned(value) for name, value in fields.items()}
+    return Membrane(lattice, **fields, upwards=case.upwards, rows=files.rows)
+
+
+def _turned(field: Any) -> Any:
+    """Return a field whose arrays have the row of the largest y first."""
+    if isinstance(field, tuple):
+        return tuple(map(_turned, field))
+    return upwards_rows(field, "down") if isinstance(field, np.ndarray) and field.ndim else field
 
 
 def _masked(case: MembraneCase, frame: MaskFile, files: _Files) -> Lattice:
@@ -197,12 +209,14 @@ def _cable(case: CableCase, path: Path) -> Cable:
     return Cable(
         span=case.span,
         spacing=case.spacing,
-        tension=case.tension,
+        tension=files.field(case.tension, "tension", lattice),
         load=files.field(case.load, "load", lattice),
         support=files.field(case.support, "support", lattice, upwards=case.upwards),
         frame_height=files.field(case.frame_height, "frame_height", lattice, upwards=case.upwards),
         start=case.start,
         upwards=case.upwards,
+        ceiling=files.field(case.ceiling, "ceiling", lattice, upwards=case.upwards),
+        foundation=files.field(case.foundation, "foundation", lattice),
     )
 
 

@@ -46,7 +46,8 @@ def fields_of(solution: Answered) -> dict[str, Field]:
     Returns
     -------
     dict of str to Field
-        gap, reaction and contact; of a model also deflection, support, load, and, where its nodes stand for an area,
+        gap, reaction and contact; of a model also deflection, support, load, what it has of ceiling, foundation and of
+        a tension that varies (tension, or tension_x and tension_y), and, where its nodes stand for an area,
         contact_pressure; with a certificate also gap_lower, gap_upper, reaction_lower, reaction_upper and
         contact_state (see `NodeState`). Where a model has no support, gap and its bounds are infinite.
 
@@ -84,6 +85,7 @@ def _shape(solution: Answered, model: ContactModel) -> dict[str, Field]:
     return {
         "deflection": Field(solution.deflection, "length", f"deflection, {model.sense}"),
         "support": Field(model.support, "length", f"height of the rigid profile, {model.sense}"),
+        **{name: Field(*facts) for name, facts in model.fields.items()},
     }
 
 
@@ -91,8 +93,9 @@ def _forces(solution: Answered, model: ContactModel) -> dict[str, Field]:
     fields = {"load": Field(model.load, model.units["load"], "active load, positive downwards")}
     if model.node_area is not None:
         unit = model.units["contact_pressure"]
+        holding = "the support" if solution.problem.one_sided else "both bounds"
         fields["contact_pressure"] = Field(
-            solution.contact_pressure, unit, "reaction of the support, upwards; 0 where clear"
+            solution.contact_pressure, unit, f"reaction of {holding}, upwards; 0 where clear"
         )
     return fields
 

@@ -10,11 +10,13 @@ import numpy as np
 
 from ..foundation.checks import Vector
 from ..geometry.lattice import Lattice
+from ..geometry.on_arms import ArmField
 from ..models.base import ContactModel
 from ..models.cable import Cable
 from ..models.cable_net import CableNet
 from ..models.membrane import Membrane
 from ..models.on_lattice import LatticeModel
+from ..models.tension import Tension
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,8 +64,11 @@ def _on_lattice(model: LatticeModel, kind: str) -> Record:
         "caution_of_lattice": lattice.caution,
         **_units(model),
     }
+    arms = _arms(model)
+    if arms:
+        attributes["same_tension"] = int(model.tension_of_arms.same)
     if model.frame_heights is None:
-        return Record(attributes, {})
+        return Record(attributes, arms)
     needed = model.stencil.frame_points()
     x, y = lattice.ring_coordinates(*np.nonzero(needed))
     place = ("frame_point",)
@@ -72,7 +77,40 @@ def _on_lattice(model: LatticeModel, kind: str) -> Record:
         "frame_x": (place, x, "abscissa of the frame point"),
         "frame_y": (place, y, "ordinate of the frame point"),
     }
-    return Record(attributes, variables)
+    return Record(attributes, arms | variables)
+
+
+def _arms(model: LatticeModel) -> dict[str, tuple[tuple[str, ...], Any, str]]:
+    """Return the tension of each arm by name, where it is not one number: it does not follow from that at the nodes."""
+    if model.tension_of_arms.constant:
+        return {}
+    rows, columns = model.lattice.shape
+    places: dict[str, tuple[tuple[str, str], tuple[int, int]]] = {
+        "x": (("row", "arm_along_x"), (rows, columns + 1)),
+        "y": (("arm_along_y", "column"), (rows + 1, columns)),
+    }
+    return {
+        f"arm_tension_{axis}": (places[axis][0], np.broadcast_to(field.arms, places[axis][1]), f"of arms along {axis}")
+        for axis, field in zip("xy", model.tension_of_arms.fields, strict=False)
+    }
+
+
+def _tension(data: xr.Dataset, at_nodes: Callable[[Any], Vector]) -> Any:
+    if "arm_tension_x" not in data:
+        return float(data.attrs["tension"])
+    same, fields = bool(data.attrs["same_tension"]), []
+    for axis in ("x", "y"):
+        if f"arm_tension_{axis}" in data:
+            name = "tension" if same else f"tension_{axis}"
+            nodes = at_nodes(data[name].to_numpy()) if name in data else float(data.attrs[name])
+            arms = np.array(data[f"arm_tension_{axis}"].to_numpy(), dtype=np.float64)
+            fields.append(ArmField(float(arms.flat[0]) if (arms == arms.flat[0]).all() else arms, nodes))
+    return Tension(tuple(fields), same)
+
+
+def _beside(data: xr.Dataset, at_nodes: Callable[[Any], Vector]) -> dict[str, Any]:
+    """Return ceiling and foundation, as far as there are such."""
+    return {name: at_nodes(data[name].to_numpy()) for name in ("ceiling", "foundation") if name in data}
 
 
 @record_of.register(Membrane)
@@ -143,13 +181,14 @@ def _made_membrane(data: xr.Dataset) -> Membrane:
     )
     return Membrane(
         lattice,
-        float(told["tension"]),
+        _tension(data, lattice.gather),
         load=lattice.gather(data["load"].to_numpy()),
         support=lattice.gather(data["support"].to_numpy()),
         frame_height=_heights(data),
         upwards=bool(told["upwards"]),
         rows=told["rows"],
         units=_units_in(data),
+        **_beside(data, lattice.gather),
     )
 
 
@@ -158,13 +197,14 @@ def _made_cable(data: xr.Dataset) -> Cable:
     return Cable(
         nodes=data.sizes["x"],
         spacing=float(told["spacing"]),
-        tension=float(told["tension"]),
+        tension=_tension(data, np.array),
         load=data["load"].to_numpy(),
         support=data["support"].to_numpy(),
         frame_height=_heights(data),
         start=float(told["start"]),
         upwards=bool(told["upwards"]),
         units=_units_in(data),
+        **_beside(data, np.array),
     )
 
 
@@ -177,6 +217,7 @@ def _made_net(data: xr.Dataset) -> CableNet:
         "fixed_height": data["fixed_height"].to_numpy(),
         "upwards": bool(data.attrs["upwards"]),
         "units": _units_in(data),
+        **_beside(data, np.array),
     }
     segments, tension, density = (data[name].to_numpy() for name in ("segment_points", "tension", "force_density"))
     net = CableNet(positions, segments, tension=tension, **shape)

@@ -44,19 +44,25 @@ class ForceBalance:
     load : float
         ΣP, downwards.
     reaction : float
-        ΣR, upwards, of the support.
+        ΣR over the nodes that the ceiling does not hold, upwards: of the support.
     frame : float
         Pull of the frame through the arms that end on it, upwards.
+    ceiling : float
+        -ΣR over the nodes that the ceiling holds, downwards: how it pushes.
+    foundation : float
+        Σkw times the area, upwards, of an elastic foundation.
     """
 
     load: float
     reaction: float
     frame: float
+    ceiling: float = 0.0
+    foundation: float = 0.0
 
     @property
     def imbalance(self) -> float:
-        """ΣP - ΣR - frame: zero but for rounding."""
-        return self.load - self.reaction - self.frame
+        """ΣP + ceiling - ΣR - frame - foundation: zero but for rounding."""
+        return self.load + self.ceiling - self.reaction - self.frame - self.foundation
 
 
 _LEAST_DEPTH = 1e-6
@@ -98,7 +104,9 @@ class ContactModel(ABC):
 
     **A subclass must set**, in its ``__init__``, the attributes `load` and `support`, by
     ``self.at_nodes(load, "load")`` and ``self.support_at_nodes(support)``, which take numbers, arrays and functions and
-    check them; if it has heights that are positive upwards, `upwards` before that; at the end it calls
+    check them; `ceiling` after the support, by ``self.ceiling_at_nodes(ceiling)``, and `foundation`, by
+    ``self.foundation_at_nodes(foundation)``, if it has them; if it has heights that are positive upwards, `upwards`
+    before that; at the end it calls
     ``self._warn()``, so that data which are
     probably not what was meant are told of. It must not change afterwards: what is derived from it is kept.
 
@@ -106,7 +114,8 @@ class ContactModel(ABC):
 
     * `node_x`, `node_y`: places in plan, shape (n,), length;
     * `pull(depths)`: the force with which the arms pull each node upwards at given depths, shape (n,), force; it is
-      ``G @ depths`` less what a frame at another height than zero takes over, formed from differences of depths;
+      ``G @ depths`` less what a frame at another height than zero takes over, formed from differences of depths; with
+      the force of a foundation, if there is one;
     * `assemble_stiffness()`: G, shape (n, n), force per length: a sparse or dense symmetric positive definite matrix,
       or a `Stiffness`;
     * `max_slope(gap)` and `free_boundary(contact)`: the largest slope of an arm (no unit), for a caution, and middles
@@ -124,8 +133,8 @@ class ContactModel(ABC):
     * `extent`, `coordinates` and `laid_out`: the size of its pictures, and its axes in a dataset;
     * ``_datum`` and `_frame_relief()`, where the frame is not at height zero: its mean depth, and how far it leaves
       that at most, length;
-    * `_take_tension(tension)`, so that `trace` can vary its tension; `_reach()`, so that a support which is out of
-      reach counts as none; `_joints()`, so that a support above the frame
+    * `_take_tension(tension)`, so that `trace` can vary its tension; `_reach()` and `_reach_upwards()`, so that a
+      support, or a ceiling, which is out of reach counts as none; `_joints()`, so that a support above the frame
       is told of.
 
     Names with an underscore are for subclasses alone; nothing else calls them. CONTRIBUTING.md has a whole example.
@@ -140,6 +149,12 @@ class ContactModel(ABC):
     upwards : bool
         Whether heights are positive upwards, those that go in (support, frame) and those that come out (deflection);
         a load is positive downwards and a lift upwards in either case. What `pull` gets is a depth in either case.
+    ceiling : array, shape (n,), or None
+        Height of a rigid surface above the nodes (length), positive as that of the support; infinite where there is
+        none. None if there is none anywhere.
+    foundation : array, shape (n,), or None
+        Stiffness k >= 0 of an elastic foundation (Winkler), which pulls each node to height zero by k times its
+        deflection: force per area and length where there is a `node_area`, else force per length. None without one.
     node_area : array, shape (n,), or None
         Area (cable: length) that each node stands for; None if nodes stand for none.
     unit_names : mapping of str to str
@@ -151,6 +166,8 @@ class ContactModel(ABC):
     support: Vector
     upwards: bool = False
     node_area: Vector | None = None
+    ceiling: Vector | None = None
+    foundation: Vector | None = None
     unit_names: Mapping[str, str] = MappingProxyType({})
     _datum: float = 0.0
     """Mean depth of the frame (length, positive downwards)."""
@@ -162,6 +179,8 @@ class ContactModel(ABC):
     """The lattice that the nodes are those of, if there is one."""
     _relative: ContactQP | None = None
     """A problem of other forces that this one can share all else with."""
+    _alike: ContactQP | None = None
+    """A problem of the same stiffness, of which the facts can be shared."""
 
     @property
     @abstractmethod
@@ -202,7 +221,7 @@ class ContactModel(ABC):
         """Active force P on each node (force), positive downwards, shape (n,): the load times `node_area`, if any."""
         return self.load if self.node_area is None else times(self.load, self.node_area)
 
-    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False, absent: float | None = None) -> Vector:
         """Return the values at the nodes of a field that is given as when the model was made, shape (n,), read-only.
 
         Parameters
@@ -214,6 +233,8 @@ class ContactModel(ABC):
             The argument's name, for messages.
         allow_inf : bool
             Whether an infinite value stands for a support that is not there.
+        absent : float, optional
+            That value: by default the one of a support, inf, or -inf where heights are positive upwards.
 
         Raises
         ------
@@ -222,7 +243,7 @@ class ContactModel(ABC):
         """
         field = self.without_unit(field, name)
         places = np.column_stack([self.node_x, self.node_y])
-        absent = -np.inf if self.upwards else np.inf
+        absent = self._no_support if absent is None else absent
         chosen = np.arange(len(places))
         values = sample_points(places, chosen, field, name, self.describe, allow_inf=allow_inf, absent=absent)
         return read_only(np.array(values))
@@ -253,6 +274,54 @@ class ContactModel(ABC):
         """
         return self.at_nodes(self._in_own_sense(support), "support", allow_inf=True)
 
+    def ceiling_at_nodes(self, ceiling: Any) -> Vector | None:
+        """Return the heights of a ceiling at the nodes, as `support_at_nodes` does; None for None.
+
+        Raises
+        ------
+        TypeError, ValueError
+            See `at_nodes`; or if it lies below the support anywhere.
+        """
+        if ceiling is None:
+            return None
+        heights = self.at_nodes(self._in_own_sense(ceiling), "ceiling", allow_inf=True, absent=-self._no_support)
+        self._refuse_crossing(self.support, heights)
+        return heights
+
+    def foundation_at_nodes(self, foundation: Any) -> Vector | None:
+        """Return the stiffness of a foundation at the nodes, given as a load is, shape (n,), read-only; None for None.
+
+        Raises
+        ------
+        TypeError, ValueError
+            See `at_nodes`; or if it is negative anywhere.
+        """
+        if foundation is None:
+            return None
+        stiffness = self.at_nodes(foundation, "foundation")
+        if stiffness.min() < 0:
+            worst = int(np.argmin(stiffness))
+            raise ValueError(f"foundation must be >= 0, but is {stiffness[worst]:g} at {self.describe(worst)}")
+        return stiffness
+
+    @property
+    def _no_support(self) -> float:
+        """The height that stands for a support that is not there."""
+        return -np.inf if self.upwards else np.inf
+
+    def _refuse_crossing(self, support: Vector, ceiling: Vector | None) -> None:
+        """Raise a ValueError if a ceiling lies below a support anywhere."""
+        if ceiling is None:
+            return
+        crossing = support > ceiling if self.upwards else ceiling > support
+        if crossing.any():
+            worst = int(np.argmax(np.where(crossing, np.abs(ceiling - support), 0.0)))
+            raise ValueError(
+                f"ceiling must not lie below the support, but at {self.describe(worst)} the ceiling is at "
+                f"{ceiling[worst]:g} and the support at {support[worst]:g} ({int(crossing.sum())} such nodes); heights "
+                f"are {self.sense}"
+            )
+
     def _in_own_sense(self, height: Any) -> Any:
         """Return a height as it was given, a profile's with the sign that this model's heights have."""
         self._of_profile |= isinstance(height, Profile)
@@ -265,11 +334,11 @@ class ContactModel(ABC):
     @property
     def units(self) -> dict[str, str]:
         """Units of the model's quantities in words, by name."""
-        lengths = dict.fromkeys(("gap", "deflection", "support"), "length")
+        lengths = dict.fromkeys(("gap", "deflection", "support", "ceiling"), "length")
         if self.node_area is None:
-            return {**lengths, "reaction": "force", "load": "force"}
+            return {**lengths, "reaction": "force", "load": "force", "foundation": "force per length"}
         pressures = dict.fromkeys(("load", "contact_pressure"), "force per area")
-        return {**lengths, "reaction": "force", **pressures}
+        return {**lengths, "reaction": "force", **pressures, "foundation": "force per area and length"}
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -280,6 +349,17 @@ class ContactModel(ABC):
     def parameters(self) -> dict[str, float]:
         """Numbers that hold for the whole model, by name, as a dataset states them."""
         return {}
+
+    @property
+    def fields(self) -> dict[str, tuple[Vector, str, str]]:
+        """Further data of the model at its nodes, shape (n,), with units in words and meanings, by name."""
+        found = {}
+        if self.ceiling is not None:
+            found["ceiling"] = (self.ceiling, self.units["ceiling"], f"height of the ceiling, {self.sense}")
+        if self.foundation is not None:
+            told = "stiffness of the elastic foundation, which pulls to height zero"
+            found["foundation"] = (self.foundation, self.units["foundation"], told)
+        return found
 
     @property
     def crs(self) -> str:
@@ -346,6 +426,10 @@ class ContactModel(ABC):
         """Return a proven bound of how far the load alone presses any node below the frame's lowest point (length)."""
         return np.inf
 
+    def _reach_upwards(self) -> float:
+        """Return a proven bound of how far the load alone lifts any node above the frame's highest point (length)."""
+        return np.inf
+
     def _joints(self) -> Joints | None:
         """Return the support at the places where nodes are joined to the frame, None where the model does not tell."""
         return None
@@ -374,6 +458,50 @@ class ContactModel(ABC):
         return times(self.support, -1.0) if self.upwards else self.support
 
     @cached_property
+    def ceiling_depth(self) -> Vector | None:
+        """Ordinate of the ceiling at the nodes (length), positive downwards whatever ``upwards`` is, shape (n,)."""
+        if self.ceiling is None:
+            return None
+        return times(self.ceiling, -1.0) if self.upwards else self.ceiling
+
+    @cached_property
+    def under_ceiling(self) -> Mask:
+        """Where there is a ceiling that is not out of reach, shape (n,), read-only.
+
+        Out of reach is one ten thousand times as high as the load can move any node: see `unreachable`.
+        """
+        if self.ceiling_depth is None:
+            return np.broadcast_to(np.False_, (self.size,))
+        above = self._datum - self.ceiling_depth
+        there = np.isfinite(above)
+        reach = self._reach_upwards() + self._frame_relief() + max(0.0, self._datum - float(self.depth.min()))
+        scale = reach + self._reach() + max(0.0, -float(above.min()))
+        return read_only(there & ~(above > _BEYOND * scale) if 0 < scale < np.inf else there)
+
+    @property
+    def upper(self) -> Vector | float:
+        """Upper bound of the gaps (length), shape (n,): the way from support to ceiling; the number inf without one.
+
+        Where there is no support, the gap is counted from the frame's mean height, and so is the ceiling.
+        """
+        if self.ceiling_depth is None or not self.under_ceiling.any():
+            return np.inf
+        return np.where(self.under_ceiling, self.reference - self.ceiling_depth, np.inf)
+
+    @cached_property
+    def nodal_foundation(self) -> Vector | None:
+        """Stiffness of the foundation at each node (force per length), shape (n,): `foundation` times `node_area`."""
+        if self.foundation is None or self.node_area is None:
+            return self.foundation
+        return times(self.foundation, self.node_area)
+
+    def _forces_at(self, depth: float) -> Vector:
+        """Return the load on the nodes less what the foundation pulls back at a depth (force), shape (n,)."""
+        if self.nodal_foundation is None or not depth:
+            return self.nodal_load
+        return self.nodal_load - self.nodal_foundation * depth
+
+    @cached_property
     def supported(self) -> Mask:
         """Where there is a support that is not `unreachable`, shape (n,)."""
         there = np.isfinite(self.depth)
@@ -392,6 +520,9 @@ class ContactModel(ABC):
             return known
         below = (self.depth[:1] if repeated(self.depth) else self.depth) - self._datum
         reach = self._reach() + self._frame_relief()
+        if self.ceiling_depth is not None:
+            # A ceiling that lies below the frame presses the nodes down to it.
+            reach += max(0.0, float(self.ceiling_depth.max()) - self._datum)
         if known is not None:
             # Twice, because the stiffness is rounded, and the reach is that of the exact one.
             return read_only(known & (below > 2 * reach))
@@ -417,6 +548,7 @@ class ContactModel(ABC):
                 depth=self.depth,
                 frame=frame,
                 load=self.nodal_load,
+                ceiling=bool(self.under_ceiling.any()),
                 upwards=self.upwards,
                 of_profile=self._of_profile,
                 joints=self._joints,
@@ -432,13 +564,23 @@ class ContactModel(ABC):
     @property
     def notes(self) -> tuple[str, ...]:
         """What was made of the data, one sentence each."""
+        told = []
         count = int(np.count_nonzero(self.unreachable))
-        if not count:
-            return ()
-        nearest = float(np.abs(self.support[self.unreachable]).min())
-        return (
-            f"the support at {counted(count, 'node')}, {nearest:g} deep or deeper, is out of reach and counts as none",
-        )
+        if count:
+            nearest = float(np.abs(self.support[self.unreachable]).min())
+            told.append(
+                f"the support at {counted(count, 'node')}, {nearest:g} deep or deeper, is out of reach and counts as "
+                "none"
+            )
+        if self.ceiling is not None:
+            out = np.isfinite(self.ceiling) & ~self.under_ceiling
+            if out.any():
+                nearest = float(np.abs(self.ceiling[out]).min())
+                told.append(
+                    f"the ceiling at {counted(int(np.count_nonzero(out)), 'node')}, {nearest:g} high or higher, is out "
+                    "of reach and counts as none"
+                )
+        return tuple(told)
 
     @property
     def reference(self) -> Vector:
@@ -452,19 +594,26 @@ class ContactModel(ABC):
 
     @cached_property
     def problem(self) -> ContactQP:
-        """The contact problem: q = P + b - G f, with b the pull of a frame that is not at height zero."""
+        """The contact problem: q = P + b - G f, with b the pull of a frame that is not at height zero.
+
+        G holds the foundation as well.
+        """
         q = self.nodal_load - self._pull_of_support
         reference = self.reference - self._datum if self._datum else self.reference
         if self._relative is not None:
             return self._relative.with_forces(q, gap_scale=self._gap_scale, reference=reference)
-        return ContactQP(
+        problem = ContactQP(
             self.assemble_stiffness(),
             q,
             lower=0.0 if self.supported.all() else np.where(self.supported, 0.0, -np.inf),
+            upper=self.upper,
             gap_scale=self._gap_scale,
             reference=reference,
             frame_reference=self._frame_grid(),
         )
+        if self._alike is not None:
+            problem.share_facts(self._alike)
+        return problem
 
     @cached_property
     def _pull_of_support(self) -> Vector:
@@ -477,11 +626,11 @@ class ContactModel(ABC):
         An error of the gap is one of the deflection w, so its scale is that of w. Above, w is bounded by the support
         and by the deflection without one; below, by that under suction alone and by the highest summit: of these
         bounds the mean is taken, ordinates being measured from the frame's mean height. The unsupported deflection is
-        bounded by the barrier.
+        bounded by the barrier. A ceiling bounds w in the same ways from the other side.
         """
         if barrier is None:
             return None
-        v, load = barrier.v, self.nodal_load
+        v, load = barrier.v, self._forces_at(self._datum)
         mean = float(barrier.mean_deflection(np.maximum(load, 0.0), v))
         suction = float(barrier.mean_deflection(np.maximum(-load, 0.0), v)) if load.min() < 0 else 0.0
         # Vectors of this length are made seldom: on large lattices that is what takes the time.
@@ -492,6 +641,12 @@ class ContactModel(ABC):
         summit = max(0.0, -float(depth.min()))
         down += self._frame_relief()
         reachable = float(np.minimum(np.maximum(depth, 0.0, out=depth), down, out=down).mean())
+        if self.ceiling_depth is not None and self.under_ceiling.any():
+            up = suction * v / v.mean()
+            least_down = max(least_down, _LEAST_DEPTH * float(up.mean()))
+            above = self._datum - self.ceiling_depth
+            suction = float(np.minimum(np.maximum(above, 0.0), up + self._frame_relief()).mean())
+            summit += max(0.0, -float(above.min()))
         return max(reachable + suction + summit, least_down) or None
 
     def plot(
@@ -545,6 +700,9 @@ class ContactModel(ABC):
         """Return the class with some facts, and what is to be said of any model: load, support and its absence."""
         unsupported = int(np.count_nonzero(~self.supported))
         facts = (*facts, f"load={span_of(self.load)}", f"support={span_of(self.support)}")
+        for name, values in (("ceiling", self.ceiling), ("foundation", self.foundation)):
+            if values is not None:
+                facts = (*facts, f"{name}={span_of(values)}")
         more = [f"{unsupported} unsupported"] * bool(unsupported) + ["heights upwards"] * self.upwards
         more += [f"frame {self._fit}"] * bool(self._fit)
         return f"{type(self).__name__}({', '.join([*facts, *more])})"
@@ -554,6 +712,7 @@ class ContactModel(ABC):
         parameters = {name: f"{value:g}" for name, value in self.parameters.items()}
         unsupported = int(np.count_nonzero(~self.supported))
         support = f"{span_of(self.support)} ({units['support']}, {self.sense})"
+        ceiling, foundation = self.ceiling, self.foundation
         facts = {
             "nodes": str(self.size),
             "in plan": " x ".join(f"{side:g}" for side in self.extent),
@@ -561,6 +720,8 @@ class ContactModel(ABC):
             "load": f"{span_of(self.load)} ({units['load']}, positive downwards)",
             "support": support if unsupported < self.size else "none",
             "unsupported": counted(unsupported, "node") if unsupported else "",
+            "ceiling": "" if ceiling is None else f"{span_of(ceiling)} ({units['support']}, {self.sense})",
+            "foundation": "" if foundation is None else f"{span_of(foundation)} ({units['foundation']})",
             "frame": self._fit,
         }
         return card(type(self).__name__, facts)
@@ -589,11 +750,18 @@ class ContactModel(ABC):
         return float(heights.min() if self.upwards else heights.max())
 
     def force_balance(self, gap: Vector) -> ForceBalance:
-        """Return the resultants of load, support and frame for a gap vector."""
+        """Return the resultants of load, support, ceiling, foundation and frame for a gap vector."""
+        problem, below = self.problem, self._below(gap)
+        reaction = problem.reaction(gap)
+        _, at_ceiling = problem.bounds.contact(gap, reaction / problem.stiffness.diagonal())
+        foundation = 0.0 if self.nodal_foundation is None else float((self.nodal_foundation * below).sum())
+        pushed = -float(reaction[at_ceiling].sum()) if at_ceiling.any() else 0.0
         return ForceBalance(
             load=float(self.nodal_load.sum()),
-            reaction=float(self.problem.reaction(gap).sum()),
-            frame=float(self.pull(self._below(gap)).sum()),
+            reaction=float(reaction.sum()) + pushed,
+            frame=float(self.pull(below).sum()) - foundation,
+            ceiling=pushed,
+            foundation=foundation,
         )
 
 

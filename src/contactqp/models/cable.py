@@ -16,6 +16,7 @@ from ..geometry.fields import of_x_and_y
 from ..geometry.lattice import Lattice, spacing_of_nodes
 from .base import Coordinate
 from .on_lattice import LatticeModel
+from .tension import Tension
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,10 +25,11 @@ if TYPE_CHECKING:
 
 
 class Cable(LatticeModel):
-    r"""A cable of constant tension over a smooth, rigid support.
+    r"""A cable over a smooth, rigid support.
 
     -T w″ = p - ρ between fixed ends; three-point differences give G = (T/Δ) tridiag(-1, 2, -1), P = pΔ, and the same
-    complementarity problem as for a membrane.
+    complementarity problem as for a membrane. With a tension that varies, a ceiling and an elastic foundation it is
+    -(T w′)′ + kw = p - ρ, c ≤ w ≤ f.
 
     Parameters
     ----------
@@ -37,8 +39,10 @@ class Cable(LatticeModel):
         Number of nodes between the ends: span = (nodes + 1) spacing.
     spacing : float
         Δ, distance of neighbouring nodes (length), > 0.
-    tension : float
-        T, force, > 0.
+    tension : number, array or function of x
+        T, force, > 0. Of a function an arm between two nodes has the value in its middle, else the harmonic mean of the
+        values at its ends. An array has a value for each node, or for each node and both ends (without, the outer arms
+        have those of their nodes).
     load : number, array or function of x
         Active load p, positive downwards, force per length. A function of (x, y) gets y = 0.
     support : number, array or function of x
@@ -52,13 +56,19 @@ class Cable(LatticeModel):
         Whether heights are elevations, positive upwards: those of ground and ends as they are given, and the deflection
         and all pictures and files; ``-inf`` where there is no ground. A load stays positive downwards, and a profile of
         `contactqp.profiles` a surface of depths.
+    ceiling : number, array or function of x, optional
+        Height c of a rigid surface above the cable (length), given and positive as the ground is: c ≤ f, or with
+        ``upwards`` c ≥ f; ``-inf`` (``inf``) where there is none.
+    foundation : number, array or function of x, optional
+        Stiffness k ≥ 0 of an elastic foundation (Winkler), which pulls the cable to height zero by kw: force per length
+        and length.
     units : str or mapping, optional
         As for `Membrane`.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument has the wrong kind, shape or range; the message names it.
+        If an argument has the wrong kind, shape or range, or the ceiling lies below the ground; the message names it.
 
     Attributes
     ----------
@@ -73,10 +83,18 @@ class Cable(LatticeModel):
     Cable(9 nodes, spacing=1, tension=1, load=1, support=2)
     >>> cq.solve(cable, backend="clarabel").contact.nonzero()[0] + 1
     array([2, 3, 4, 5, 6, 7, 8])
+
+    On springs that hold it up, it comes down to the ground farther from its ends:
+
+    >>> sprung = cq.Cable(span=10.0, spacing=1.0, tension=1.0, load=1.0, support=2.0, foundation=0.4)
+    >>> cq.solve(sprung).contact.nonzero()[0] + 1
+    array([4, 5, 6])
     """
 
     _load_unit = "force per length"
     _pressure_unit = "force per length"
+    _tension_unit = "force"
+    _foundation_unit = "force per length and length"
 
     @known_by_name
     def __init__(
@@ -85,12 +103,14 @@ class Cable(LatticeModel):
         nodes: int | None = None,
         *,
         spacing: float,
-        tension: float,
+        tension: Any,
         load: Any,
         support: Any,
         frame_height: Any = 0.0,
         start: float = 0.0,
         upwards: bool = False,
+        ceiling: Any = None,
+        foundation: Any = None,
         units: UnitNames | None = None,
     ) -> None:
         names = checked_units(units)
@@ -99,14 +119,15 @@ class Cable(LatticeModel):
             for value, name in ((span, "span"), (spacing, "spacing"), (start, "start"))
         )
         lattice = Cable.lattice_of(span, nodes, spacing=spacing, start=start)
-        tension = positive_number(plain(tension, "tension", "force", names), "tension")
+        tensions = Tension.of(lattice, of_x_and_y(plain(tension, "tension", "force", names)), "x")
         self.start = float(start)
-        arms = tension / lattice.spacing, 0.0
         super().__init__(
-            *(lattice, tension, load, support, frame_height),
+            *(lattice, tensions, load, support, frame_height),
             area=lattice.spacing,
-            arms=arms,
+            arms=(tensions.fields[0].arms / lattice.spacing, 0.0),
             upwards=upwards,
+            ceiling=ceiling,
+            foundation=foundation,
             units=names,
         )
 
@@ -137,9 +158,9 @@ class Cable(LatticeModel):
         count = _node_count(span, nodes, spacing)
         return Lattice(np.ones((1, count), dtype=bool), spacing, (start + spacing, 0.0))
 
-    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False, absent: float | None = None) -> Vector:
         """See `ContactModel.at_nodes`; a function may also be one of x alone."""
-        return super().at_nodes(of_x_and_y(field), name, allow_inf=allow_inf)
+        return super().at_nodes(of_x_and_y(field), name, allow_inf=allow_inf, absent=absent)
 
     def _in_own_sense(self, height: Any) -> Any:
         return of_x_and_y(super()._in_own_sense(height))

@@ -73,6 +73,11 @@ class CableNet(ContactModel):
         Whether heights are elevations, positive upwards: those of support and fixed points as they are given, and the
         deflection and all pictures and files; ``-inf`` where there is no support. A load stays positive downwards, and
         a profile of `contactqp.profiles` a surface of depths.
+    ceiling : number, array or function of (x, y), optional
+        Height of a rigid surface above the nodes (length), given and positive as the support is, and not below it;
+        ``-inf`` (``inf``) where there is none.
+    foundation : number, array or function of (x, y), optional
+        Stiffness k ≥ 0 of a spring at each node that pulls it to height zero (force per length).
     units : str or mapping, optional
         As for `Membrane`.
 
@@ -125,6 +130,8 @@ class CableNet(ContactModel):
         fixed: ArrayLike,
         fixed_height: FieldLike = 0.0,
         upwards: bool = False,
+        ceiling: FieldLike | None = None,
+        foundation: FieldLike | None = None,
         units: UnitNames | None = None,
     ) -> None:
         self.unit_names = names = checked_units(units)
@@ -153,6 +160,8 @@ class CableNet(ContactModel):
         self._refuse_floating_parts()
         self.load: Vector = self.at_nodes(load, "load")
         self.support: Vector = self.support_at_nodes(support)
+        self.ceiling = self.ceiling_at_nodes(ceiling)
+        self.foundation = self.foundation_at_nodes(foundation)
         given = self._in_own_sense(self.without_unit(fixed_height, "fixed_height"))
         heights = sample_points(self.positions, self.fixed, given, "fixed_height", self._describe_fixed)
         self.fixed_height: Vector = read_only(np.array(heights))
@@ -172,6 +181,8 @@ class CableNet(ContactModel):
         frame_height: FieldLike = 0.0,
         upwards: bool = False,
         rows: Rows = "up",
+        ceiling: FieldLike | None = None,
+        foundation: FieldLike | None = None,
         units: UnitNames | None = None,
     ) -> CableNet:
         """Return the net of cables along the rows and columns of a lattice.
@@ -192,8 +203,10 @@ class CableNet(ContactModel):
             As for a membrane.
         frame_height : number, array or function of (x, y)
             As for a membrane.
-        upwards, rows, units
+        upwards, rows, units, ceiling
             As for a membrane.
+        foundation : number, array, xarray.DataArray or function of (x, y), optional
+            Stiffness k ≥ 0 of a spring at each node (force per length).
 
         Raises
         ------
@@ -215,16 +228,24 @@ class CableNet(ContactModel):
         names = checked_units(units)
         tension = positive_number(plain(tension, "tension", "force", names), "tension")
         load, support = plain(load, "load", "force", names), plain(support, "support", "length", names)
-        frame_height = plain(frame_height, "frame_height", "length", names)
+        frame_height, ceiling = (
+            plain(height, name, "length", names)
+            for height, name in ((frame_height, "frame_height"), (ceiling, "ceiling"))
+        )
         stencil = Stencil(lattice.mask, 1.0, 1.0)
         nodes, frame = stencil.padded_mask(), stencil.frame_points()
         number = np.full(nodes.shape, -1, dtype=np.int64)
         number[nodes] = np.arange(lattice.size)
         number[frame] = lattice.size + np.arange(np.count_nonzero(frame))
         rows, absent = checked_rows(rows), -np.inf if boolean(upwards, "upwards") else np.inf
-        of_profile = any(isinstance(height, Profile) for height in (support, frame_height))
+        of_profile = any(isinstance(height, Profile) for height in (support, frame_height, ceiling))
         if upwards:
-            support, frame_height = elevations_of(support), elevations_of(frame_height)
+            support, frame_height, ceiling = map(elevations_of, (support, frame_height, ceiling))
+        if ceiling is not None:
+            ceiling = sample(lattice, ceiling, "ceiling", allow_inf=True, absent=-absent, rows=rows)
+        if foundation is not None:
+            foundation = plain(foundation, "foundation", "force per length", names)
+            foundation = sample(lattice, foundation, "foundation", rows=rows)
         heights = frame_heights(lattice, stencil.frame_points(), frame_height, rows)
         x, y = lattice.ring_coordinates(*np.nonzero(frame))
         # Rows before columns: a node's forces are then summed as a stencil does, and are the same to the bit.
@@ -240,6 +261,8 @@ class CableNet(ContactModel):
             fixed=lattice.size + np.arange(x.size),
             fixed_height=0.0 if heights is None else heights[frame],
             upwards=upwards,
+            ceiling=ceiling,
+            foundation=foundation,
             units=names,
         )
         net._laid_on, net._of_profile = lattice, of_profile
@@ -290,9 +313,9 @@ class CableNet(ContactModel):
         )
         return np.column_stack([self._sum_at_nodes(np.column_stack([along, -along]).ravel()) for along in pulled.T])
 
-    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False, absent: float | None = None) -> Vector:
         """See `ContactModel.at_nodes`; an array has an entry for each node, or for each point."""
-        field, absent = self.without_unit(field, name), -np.inf if self.upwards else np.inf
+        field, absent = self.without_unit(field, name), self._no_support if absent is None else absent
         values = sample_points(
             self.positions, self.free, field, name, self.describe, allow_inf=allow_inf, absent=absent
         )
@@ -366,6 +389,8 @@ class CableNet(ContactModel):
         stiffness = self.force_density[between]
         with np.errstate(over="ignore"):
             diagonal = self._sum_at_nodes(np.repeat(self.force_density, 2))
+            if self.foundation is not None:
+                diagonal = diagonal + self.foundation
         nodes = np.arange(self.size)
         return sparse.coo_array(
             (
@@ -378,7 +403,8 @@ class CableNet(ContactModel):
     def pull(self, depths: Vector) -> Vector:
         """Return the force with which the segments pull each node upwards; see `ContactModel.pull`."""
         force = self.force_density * self._rises(depths)
-        return self._sum_at_nodes(np.column_stack([force, -force]).ravel())
+        pulled = self._sum_at_nodes(np.column_stack([force, -force]).ravel())
+        return pulled if self.foundation is None else pulled + self.foundation * depths
 
     def _rises(self, heights: Vector) -> Vector:
         """Return for each segment the ordinate of its first end less that of its second one."""
@@ -409,10 +435,17 @@ class CableNet(ContactModel):
         return float(np.abs(self._frame - self._datum).max())
 
     def _reach(self) -> float:
+        return self._reach_of(self._forces_at(self._datum + self._frame_relief()))
+
+    def _reach_upwards(self) -> float:
+        return self._reach_of(-self._forces_at(self._datum - self._frame_relief()))
+
+    def _reach_of(self, force: Vector) -> float:
+        """Return a bound of how far forces, positive downwards, press any node below a frame at height zero."""
         if self._laid_on is not None:
             # As a membrane decides, so that the same supports count as none.
             stiffness = float(self.force_density[0])
-            return reach_on_lattice(self._laid_on.shape, (stiffness, stiffness), self.load)
+            return reach_on_lattice(self._laid_on.shape, (stiffness, stiffness), force)
         # The deflection of any node is at most the whole load times the node's own softness, and that is at most the
         # softness of a path to a fixed point: to take the other segments away makes a net softer (Rayleigh).
         load_modules("scipy.sparse", "scipy.sparse.csgraph")
@@ -423,7 +456,7 @@ class CableNet(ContactModel):
         with np.errstate(over="ignore", invalid="ignore"):
             graph = sparse.coo_array((1 / self.force_density, tuple(self.segments.T)), shape=(points, points))
             softness = csgraph.dijkstra(graph.tocsr(), directed=False, indices=self.fixed, min_only=True)
-            reach = float(np.maximum(self.load, 0.0).sum() * softness[self.free].max())
+            reach = float(np.maximum(force, 0.0).sum() * softness[self.free].max())
         return reach if np.isfinite(reach) else np.inf
 
     def _joints(self) -> Joints:

@@ -9,14 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebra.stencil import Stencil
-from ..foundation.checks import Mask, Vector, boolean, read_only
+from ..foundation.checks import Mask, Vector, boolean, read_only, repeated
 from ..foundation.text import counted
 from ..geometry.fields import Rows, checked_rows, frame_heights, in_rows, sample
 from ..geometry.lattice import Lattice, patches_on_grid
 from ..geometry.numbering import Grid
+from ..geometry.on_arms import ArmField
 from .base import ContactModel, Coordinate
 from .reach import reach_on_lattice
 from .suspicions import Joints
+from .tension import Tension
 
 
 class LatticeModel(ContactModel):
@@ -27,8 +29,9 @@ class LatticeModel(ContactModel):
     Attributes
     ----------
     lattice : Lattice
-    tension : float
-        Force per length in a membrane, force in a cable.
+    tension : float, array of shape (n,), or a pair of these
+        Force per length in a membrane, force in a cable: a number, or the values at the nodes where it varies; along x
+        and along y where these differ.
     load : array, shape (n,)
         Active pressure at the nodes, positive downwards: force per area (cable: per length).
     support : array, shape (n,)
@@ -37,6 +40,11 @@ class LatticeModel(ContactModel):
         Whether heights are positive upwards.
     rows : {"up", "down"}
         Which way y goes from row to row of the arrays that the model is made from. What comes out of it goes up.
+    ceiling : array, shape (n,), or None
+        Height of a rigid surface above the nodes (length), positive as that of the support; infinite where there is
+        none.
+    foundation : array, shape (n,), or None
+        Stiffness k of an elastic foundation: force per area and length (cable: per length and length).
     stencil : Stencil
         The stiffness G.
     """
@@ -44,19 +52,23 @@ class LatticeModel(ContactModel):
     node_area: Vector
     _load_unit: str
     _pressure_unit: str
+    _tension_unit: str
+    _foundation_unit: str
 
     def __init__(
         self,
         lattice: Lattice,
-        tension: float,
+        tension: Tension,
         load: Any,
         support: Any,
         frame_height: Any,
         *,
         area: float,
-        arms: tuple[float, float],
+        arms: tuple[Any, Any],
         upwards: bool = False,
         rows: Rows = "up",
+        ceiling: Any = None,
+        foundation: Any = None,
         units: Mapping[str, str] | None = None,
     ) -> None:
         if not isinstance(lattice, Lattice):
@@ -66,11 +78,13 @@ class LatticeModel(ContactModel):
             )
         self.lattice = self._laid_on = lattice
         self.upwards, self.rows = boolean(upwards, "upwards"), checked_rows(rows)
-        self.tension, self.unit_names = tension, units or {}
-        self.stencil = Stencil(lattice.mask, *arms)
+        self._tension, self.unit_names = tension, units or {}
         self.node_area = np.broadcast_to(np.float64(area), (lattice.size,))
         self.load: Vector = self.at_nodes(load, "load")
         self.support: Vector = self.support_at_nodes(support)
+        self.ceiling = self.ceiling_at_nodes(ceiling)
+        self.foundation = self.foundation_at_nodes(foundation)
+        self.stencil = Stencil(lattice.mask, *arms, self._ground())
         needed = self.stencil.frame_points()
         heights = frame_heights(
             lattice, needed, self._in_own_sense(self.without_unit(frame_height, "frame_height")), self.rows
@@ -79,9 +93,26 @@ class LatticeModel(ContactModel):
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
         self._warn()
 
-    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False) -> Vector:
+    def _ground(self) -> Any:
+        """Return the stiffness of the foundation as a stencil takes it."""
+        springs = self.nodal_foundation
+        if springs is None or not springs.any():
+            return 0.0
+        return float(springs[0]) if repeated(springs) else self.lattice.scatter(springs, fill=0.0)
+
+    @property
+    def tension(self) -> Any:
+        """Tension, see the class."""
+        return self._tension.given
+
+    @property
+    def tension_of_arms(self) -> Tension:
+        """The same with its value on every arm."""
+        return self._tension
+
+    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False, absent: float | None = None) -> Vector:
         """See `ContactModel.at_nodes`."""
-        field, absent = self.without_unit(field, name), -np.inf if self.upwards else np.inf
+        field, absent = self.without_unit(field, name), self._no_support if absent is None else absent
         return read_only(sample(self.lattice, field, name, allow_inf=allow_inf, absent=absent, rows=self.rows))
 
     def in_own_rows(self, field: Any, name: str, rows: Rows | None) -> Any:
@@ -99,8 +130,11 @@ class LatticeModel(ContactModel):
         return self.lattice.node_y
 
     def _take_tension(self, tension: float) -> None:
-        self.stencil = self.stencil.scaled(tension / self.tension)
-        self.tension = tension
+        # Of a tension that varies there is no number to go from: it is multiplied.
+        factor = tension / self.tension if self._tension.constant else tension
+        self.stencil = self.stencil.tensioned(factor)
+        constant = Tension((ArmField(tension, tension),) * len(self._tension.fields), True)
+        self._tension = constant if self._tension.constant else self._tension.times(factor)
 
     def describe(self, node: int) -> str:
         """Name a node by its number and coordinates, for messages: ``node 3 (x=0.5, y=1)``."""
@@ -139,8 +173,13 @@ class LatticeModel(ContactModel):
         return np.where(self.stencil.frame_points(), self._heights - self._datum, 0.0)
 
     def _reach(self) -> float:
-        arms = float(self.stencil.horizontal.min()), float(self.stencil.vertical.min())
-        return reach_on_lattice(self.lattice.shape, arms, self.nodal_load)
+        return self._reach_of(self._forces_at(self._datum + self._frame_relief()))
+
+    def _reach_upwards(self) -> float:
+        return self._reach_of(-self._forces_at(self._datum - self._frame_relief()))
+
+    def _reach_of(self, force: Vector) -> float:
+        return reach_on_lattice(self.lattice.shape, (self.stencil.horizontal, self.stencil.vertical), force)
 
     def _joints(self) -> Joints:
         depth = self._padded(self.depth)
@@ -201,7 +240,8 @@ class LatticeModel(ContactModel):
     def stiffness_data(self) -> tuple[NDArray[Any], ...]:
         """Shape, mask and arms of the stencil; see `ContactModel.stiffness_data`."""
         stencil = self.stencil
-        return np.array(stencil.mask.shape), stencil.mask, stencil.horizontal, stencil.vertical
+        springs = (stencil.ground,) * stencil.grounded
+        return np.array(stencil.mask.shape), stencil.mask, stencil.horizontal, stencil.vertical, *springs
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -211,8 +251,17 @@ class LatticeModel(ContactModel):
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Tension, and the spacing of the lattice."""
-        return {"tension": self.tension, "spacing": self.lattice.spacing}
+        """Tension, where it is a number in each direction, and the spacing of the lattice."""
+        numbers = {name: value for name, value in self._tension.by_name.items() if isinstance(value, float)}
+        return numbers | {"spacing": self.lattice.spacing}
+
+    @property
+    def fields(self) -> dict[str, tuple[Vector, str, str]]:
+        """See `ContactModel.fields`: with the tension where it varies."""
+        varying = {name: value for name, value in self._tension.by_name.items() if not isinstance(value, float)}
+        unit = self.units["tension"]
+        along = {"tension": "tension", "tension_x": "tension along x", "tension_y": "tension along y"}
+        return super().fields | {name: (value, unit, along[name]) for name, value in varying.items()}
 
     @property
     def coordinates(self) -> dict[str, Coordinate]:
@@ -227,11 +276,12 @@ class LatticeModel(ContactModel):
     @property
     def units(self) -> dict[str, str]:
         """Units of the model's quantities in words, by name."""
-        return super().units | {"load": self._load_unit, "contact_pressure": self._pressure_unit}
+        own = {"load": self._load_unit, "contact_pressure": self._pressure_unit}
+        return super().units | own | {"tension": self._tension_unit, "foundation": self._foundation_unit}
 
     def __repr__(self) -> str:
         nodes = counted(self.lattice.size, "node")
-        return self._line_of_text(nodes, f"spacing={self.lattice.spacing:g}", f"tension={self.tension:g}")
+        return self._line_of_text(nodes, f"spacing={self.lattice.spacing:g}", f"tension={self._tension.told}")
 
 
 def _ends(points: Mask, axis: int) -> tuple[Mask, Mask]:

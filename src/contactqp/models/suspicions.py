@@ -70,6 +70,8 @@ class Heights(NamedTuple):
         Depths between which the frame lies (length).
     load : array, shape (n,)
         Active force on each node, positive downwards (force).
+    ceiling : bool
+        Whether there is a ceiling.
     upwards : bool
         Whether the model's own heights are positive upwards.
     of_profile : bool
@@ -83,6 +85,7 @@ class Heights(NamedTuple):
     depth: Vector
     frame: tuple[float, float]
     load: Vector
+    ceiling: bool
     upwards: bool
     of_profile: bool
     joints: Callable[[], Joints | None]
@@ -111,7 +114,7 @@ def suspicions_of(heights: Heights) -> Iterator[str]:
         yield from _missing_values(heights, depth, highest)
     if highest < lower:
         yield from _pierced_frame(heights)
-    elif lower < highest < np.inf:
+    elif lower < highest < np.inf and not heights.ceiling:
         yield from _no_contact(heights)
     if heights.upwards and heights.of_profile:
         yield from _other_side(heights, depth)

@@ -39,20 +39,27 @@ def with_load_of(model: Model, load: Any) -> Model:
     varied = _copied(model)
     varied.load = load
     if np.array_equal(varied.supported, model.supported):
-        varied._relative = model.problem
+        if np.array_equal(varied.under_ceiling, model.under_ceiling):
+            varied._relative = model.problem
         varied._pull_of_support = pull
     return varied
 
 
 def with_tension(model: Model, tension: float) -> Model:
-    """Return a membrane or a cable under another tension, > 0; other models raise a TypeError."""
+    """Return a membrane or a cable under another tension, > 0; other models raise a TypeError.
+
+    Where the model's tension varies, or is not the same along x and along y, it is multiplied by ``tension``.
+    """
     varied = _copied(model)
     varied._take_tension(positive_number(tension, "tension"))
     return varied
 
 
 def with_lift(model: Model, lift: float) -> Model:
-    """Return the model whose support is higher by ``lift`` (length), whichever way its heights are positive."""
+    """Return the model whose support is higher by ``lift`` (length), whichever way its heights are positive.
+
+    A ceiling stays where it is; a ValueError tells where the support would be lifted above it.
+    """
     rise = finite_number(lift, "lift")
     return _over(model, read_only(model.support + (rise if model.upwards else -rise)), model.unreachable)
 
@@ -82,10 +89,15 @@ def reachable(model: Model, variations: Iterable[Model]) -> Model:
 
 
 def _over(model: Model, support: Any, known_unreachable: Mask | None) -> Model:
+    model._refuse_crossing(support, model.ceiling)
     varied = _copied(model)
     varied.support, varied._known_unreachable = support, known_unreachable
-    if np.array_equal(varied.supported, model.supported):
-        varied._relative = model.problem
+    # Under a ceiling the way up to it is another one.
+    if not (model.under_ceiling.any() or varied.under_ceiling.any()):
+        if np.array_equal(varied.supported, model.supported):
+            varied._relative = model.problem
+    else:
+        varied._alike = model.problem
     return varied
 
 
@@ -96,7 +108,7 @@ def _copied(model: Model) -> Model:
         for name, attribute in vars(kind).items():
             if isinstance(attribute, cached_property):
                 varied.__dict__.pop(name, None)
-    varied._relative = None
+    varied._relative = varied._alike = None
     varied._known_unreachable = model.unreachable
     return varied
 

@@ -146,6 +146,8 @@ def _scale_heights(model: ContactModel, figure: Figure, solutions: Sequence[Solu
     support = down * model.support[model.supported]
     # A support that lies deep would flatten the sections.
     near = support[support <= shown.max() + (np.ptp(shown) or 1.0)]
+    if model.ceiling_depth is not None:
+        near = np.concatenate([near, model.ceiling_depth[model.under_ceiling]])
     highest, lowest = (
         float(min(shown.min(), near.min(initial=np.inf))),
         float(max(shown.max(), near.max(initial=-np.inf))),

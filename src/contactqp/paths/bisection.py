@@ -106,9 +106,10 @@ class _Brackets:
         """Take note of what a certificate proves at a load."""
         if certificate is None:
             return
-        clear = certificate.clear & self.supported
+        clear = (certificate.clear | certificate.contact_upper) & self.supported
         self.clear[clear] = np.maximum(self.clear[clear], load)
-        self.contact[certificate.contact] = np.minimum(self.contact[certificate.contact], load)
+        contact = certificate.contact_lower
+        self.contact[contact] = np.minimum(self.contact[contact], load)
 
     def widest(self, limit: float, given_up: set[tuple[float, float]]) -> tuple[float, float] | None:
         """Return the widest closed bracket that is wider than a limit and not given up."""

@@ -152,6 +152,7 @@ class Checkpoint:
 def _mark(model: ContactModel, parameter: str, backend: str) -> str:
     """Return a fingerprint of what a path is made of."""
     digest = hashlib.sha256(f"{parameter} {backend} {model!r}".encode())
-    for data in (*model.stiffness_data, model.problem.q, model.load, model.support):
+    ceiling = () if model.ceiling is None else (model.ceiling,)
+    for data in (*model.stiffness_data, model.problem.q, model.load, model.support, *ceiling):
         digest.update(np.ascontiguousarray(data).tobytes())
     return digest.hexdigest()

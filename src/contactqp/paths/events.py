@@ -154,7 +154,7 @@ def events(model: ContactModel, stop: float, *, start: float = 0.0) -> Events:
     Raises
     ------
     TypeError, ValueError
-        If an argument has the wrong kind or range.
+        If an argument has the wrong kind or range, or the model has a ceiling.
     RuntimeError
         If rounding errors hide which of many nodes that touch at once come into contact.
 
@@ -174,6 +174,11 @@ def events(model: ContactModel, stop: float, *, start: float = 0.0) -> Events:
     start, stop = finite_number(start, "start"), finite_number(stop, "stop")
     if not start < stop:
         raise ValueError(f"stop must be > start, got start={start:g}, stop={stop:g}")
+    if not model.problem.one_sided:
+        raise ValueError(
+            f"events follows contact with a support alone, but {model!r} has a ceiling; use contactqp.trace, whose "
+            "paths bracket where nodes settle"
+        )
     model = reachable(model, [with_load(model, start), with_load(model, stop)])
     with Progress(f"events · {model.size} nodes") as progress:
         follower = Follower.of(model, start, stop)

@@ -76,7 +76,8 @@ class LoadPath:
         """Proven violations of the monotonicity that theory promises: gaps that grow, and nodes that lift off.
 
         Under a load that nowhere pulls upwards gaps only shrink and contact only grows as the load grows or the tension
-        falls; under any load they do as the support is lifted. A violation is proven if the enclosures exclude the
+        falls; under any load they do as the support is lifted. Contact with a ceiling shrinks in the one case, and
+        grows as the support is lifted. A violation is proven if the enclosures exclude the
         contrary, by more than the rounding of the stored data explains. Where nothing is promised, a finding says so.
         """
         return tuple(violations(self.model, self.parameter, self.values, self.solutions))
@@ -88,7 +89,10 @@ class LoadPath:
 
     @property
     def promised(self) -> bool:
-        """Whether theory promises monotonicity: the support is lifted, or the load nowhere pulls upwards."""
+        """Whether theory promises monotonicity: the support is lifted, or the load nowhere pulls upwards.
+
+        It does not for a tension that changes over a foundation.
+        """
         return promised(self.model, self.parameter)
 
     def touchdown(self, width: float | None = None) -> Touchdown:

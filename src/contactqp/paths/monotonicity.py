@@ -17,7 +17,14 @@ _CLOSING = {"load": 1, "tension": -1, "lift": 1}
 
 
 def promised(model: ContactModel, parameter: str) -> bool:
-    """Whether theory promises monotonicity: the support is lifted, or the load nowhere pulls upwards."""
+    """Whether theory promises monotonicity: the support is lifted, or the load nowhere pulls upwards.
+
+    A membrane between a support and a ceiling sinks as its load grows, w' ≥ w for p' ≥ p, on a foundation as well: G
+    is an M-matrix (comparison principle). To divide the tension by a factor is to multiply load and reactions by it,
+    but the stiffness of a foundation, too, so that then nothing is promised.
+    """
+    if parameter == "tension" and model.foundation is not None and model.foundation.any():
+        return False
     return parameter == "lift" or bool((model.load >= 0).all())
 
 
@@ -36,7 +43,7 @@ def violations(model: ContactModel, parameter: str, values: Vector, solutions: S
         One for each value.
     """
     order = np.argsort(values * _CLOSING[parameter])
-    caution = "" if promised(model, parameter) else " (the load also pulls upwards, so nothing else was promised)"
+    caution = "" if promised(model, parameter) else f" ({_why_not(model)}, so nothing else was promised)"
     for earlier, later in pairwise(order):
         first, second = solutions[earlier], solutions[later]
         if first.certificate is None or second.certificate is None:
@@ -51,10 +58,22 @@ def violations(model: ContactModel, parameter: str, values: Vector, solutions: S
         if grown[worst] > 0:
             node = model.describe(worst)
             yield f"the gap grows {between}, by at least {grown[worst]:.2g} at {node}{caution}"
-        lifted = np.flatnonzero(first.certificate.contact & (second.certificate.lower > rounding) & model.supported)
+        lifted = np.flatnonzero(
+            first.certificate.contact_lower & (second.certificate.lower > rounding) & model.supported
+        )
         if lifted.size:
             node = model.describe(int(lifted[0]))
             yield f"{lifted.size} node(s) lift off {between}, the first {node}{caution}"
+        if parameter == "lift":
+            room = second.problem.upper - rounding
+            leaving = np.flatnonzero(first.certificate.contact_upper & (second.certificate.upper < room))
+            if leaving.size:
+                yield f"{leaving.size} node(s) leave the ceiling {between}, the first {model.describe(int(leaving[0]))}"
+
+
+def _why_not(model: ContactModel) -> str:
+    """Return why nothing is promised."""
+    return "the load also pulls upwards" if (model.load < 0).any() else "the foundation resists whatever the tension is"
 
 
 def _rounding_of_data(base: ContactModel, solution: Solution, value: float) -> Vector:

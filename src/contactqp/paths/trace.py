@@ -43,7 +43,7 @@ def trace(
     loads : sequence of float, optional
         Factors of the model's load: proportional loading. Give exactly one of loads, tensions and lifts.
     tensions : sequence of float, optional
-        Tensions, > 0; not for a net of cables.
+        Tensions, > 0; not for a net of cables. Where the model's tension varies, or goes by direction, factors of it.
     lifts : sequence of float, optional
         Heights (length) by which the support is lifted.
     backend, tol, on_failure, **options

@@ -18,13 +18,13 @@ from .geometry import axes_for, figure_of, finish, mark_rows
 from .on_lattice import draw_frame_outline, mark_section, section_row, title_of_section
 from .on_line import ALONG_X, Line, cut_along, line_of
 from .on_net import draw_net
-from .section import Cut, cut_of_row
+from .section import Cut, cut_of_row, draw_ceiling
 from .states import mark_unsupported
 from .style import BLUE, GROUND, INK, head, map_height, new_figure, tidy, two_halves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 _ARROWS = 25
 """Arrows of the load along a section, at most."""
@@ -68,9 +68,10 @@ def _map_and_section(model: LatticeModel, wanted: Wanted) -> Figure:
     _draw_support(axes, model, wanted)
     finish(axes, Wanted(title="Frame and support", units=wanted.units), "")
     row = section_row(model, wanted.section)
-    section = right.subplots()
+    cut = cut_of_row(model, model.reference, row)
+    section = _sections(right, model, cut, wanted)
     mark_section(axes, model, row)
-    draw_before(section, model, cut_of_row(model, model.reference, row), wanted)
+    draw_before(section, model, cut, wanted)
     section.set_title(title_of_section(model, row, wanted.section), fontsize="medium")
     head(figure, _headline(model, wanted) if wanted.title is None else wanted.title)
     return figure
@@ -82,23 +83,56 @@ def _cable(cable: Cable, wanted: Wanted) -> Figure:
 
 
 def _along(model: ContactModel, line: Line, wanted: Wanted) -> Figure:
-    axes = new_figure(9, 4).subplots() if wanted.ax is None else wanted.ax
-    draw_before(axes, model, cut_along(model, line, model.reference), wanted, line.label)
+    cut = cut_along(model, line, model.reference)
+    if wanted.ax is None:
+        axes = _sections(new_figure(9, 4 + 1.2 * len(_varying(model))), model, cut, wanted, line.label)
+    else:
+        axes = wanted.ax
+    draw_before(axes, model, cut, wanted, line.label)
     axes.set_title(_headline(model, wanted) if wanted.title is None else wanted.title, fontsize="medium")
     return figure_of(axes)
+
+
+def _varying(model: ContactModel) -> dict[str, dict[str, Vector]]:
+    """Return what else varies from node to node, by quantity and by name: tension and foundation."""
+    found: dict[str, dict[str, Vector]] = {}
+    for name, (values, _, _) in model.fields.items():
+        if name != "ceiling" and np.ptp(values):
+            found.setdefault(name.split("_")[0], {})[name] = values
+    return found
+
+
+def _sections(part: Figure | SubFigure, model: ContactModel, cut: Cut, wanted: Wanted, xlabel: str = "x") -> Axes:
+    """Return the axes of a section, with what else varies drawn along it in panels below."""
+    varying = _varying(model)
+    if not varying:
+        only: Axes = part.subplots()
+        return only
+    axes: Any = part.subplots(1 + len(varying), 1, height_ratios=[3] + [1] * len(varying))
+    for panel, (quantity, lines) in zip(axes[1:], varying.items(), strict=True):
+        for (name, values), style in zip(lines.items(), ("-", "--"), strict=False):
+            panel.plot(cut.node_x, values[cut.number], color=BLUE, lw=1.2, ls=style, label=f"along {name[-1]}")
+        if len(lines) > 1:
+            panel.legend(loc="best", frameon=False, fontsize="small")
+        panel.set_ylim(0.0, 1.1 * max(float(values.max()) for values in lines.values()))
+        panel.set(xlabel=wanted.label(xlabel), ylabel=quantity if len(lines) > 1 else "".join(lines))
+        tidy(panel)
+    first: Axes = axes[0]
+    return first
 
 
 def draw_before(axes: Axes, model: ContactModel, cut: Cut, wanted: Wanted, xlabel: str = "x") -> None:
     """Draw frame level, support and load along a section; down is down, whichever way heights are positive."""
     # Where nothing is known of the frame, it is at height zero.
     frame = cut.frame_heights if cut.frame_heights.size else np.zeros(1)
-    known = np.concatenate([cut.ground[np.isfinite(cut.ground)], frame])
+    known = np.concatenate([*(line[np.isfinite(line)] for line in (cut.ground, cut.ceiling)), frame])
     depth = float(np.ptp(known)) or 1.0
     down = -1.0 if model.upwards else 1.0
     highest, lowest = down * float((down * known).min()), down * float((down * known).max())
     bottom = lowest + down * 0.15 * depth
     axes.fill_between(cut.ground_x, cut.ground, bottom, color=GROUND, alpha=0.55, lw=0, label="support f")
     axes.plot(cut.ground_x, cut.ground, color=GROUND, lw=1.2)
+    draw_ceiling(axes, cut, highest - down * 0.05 * depth)
     if cut.frame_x.size:
         axes.plot(cut.frame_x, cut.frame_heights, "s", color=INK, ms=5, label="frame")
     _draw_frame_line(axes, cut)
@@ -200,4 +234,15 @@ def _headline(model: ContactModel, wanted: Wanted) -> str:
     low = float(model.load.min(initial=0.0))
     way = "upwards" if model.load.max(initial=0.0) <= 0 and low < 0 else "downwards"
     load = span_of(np.abs(model.load)) if way == "upwards" else span_of(model.load)
-    return f"{type(model).__name__}, {model.size} nodes, load {load} ({unit}) {way}"
+    more = "".join(f", {name} {span_of(values)}" for name, values in _told_beside(model).items())
+    return f"{type(model).__name__}, {model.size} nodes, load {load} ({unit}) {way}{more}"
+
+
+def _told_beside(model: ContactModel) -> dict[str, Vector]:
+    """Return what a headline tells beside the load: a tension that varies or goes by direction, and a foundation."""
+    fields = {name: values for name, (values, _, _) in model.fields.items() if name != "ceiling"}
+    by_direction = {
+        name: np.array([number]) for name, number in model.parameters.items() if name.startswith("tension_")
+    }
+    found = by_direction | fields
+    return {name: found[name] for name in ("tension", "tension_x", "tension_y", "foundation") if name in found}

@@ -13,7 +13,7 @@ from ..models.cable import Cable
 from ..models.cable_net import CableNet
 from ..models.on_lattice import LatticeModel
 from ..models.records import states_of
-from .section import Cut, cut_of_row, draw_section, draw_shape, ground_at, section_axes
+from .section import Cut, ceiling_at, cut_of_row, draw_section, draw_shape, ground_at, section_axes
 from .states import STATE_COLOURS, labels_of_states
 from .style import BLUE, CONTACT, GROUND, INK, new_figure, tidy
 
@@ -103,7 +103,8 @@ def cut_along(model: ContactModel, line: Line, gap: Vector) -> Cut:
     place, none = line.along(model.node_x, model.node_y), np.zeros(0)
     number = np.argsort(place, kind="stable")
     x = place[number]
-    return Cut(x, model.deflection(gap)[number], x, ground_at(model, number), none, none, x, number, "deflection")
+    ground, ceiling = ground_at(model, number), ceiling_at(model, number)
+    return Cut(x, model.deflection(gap)[number], x, ground, ceiling, none, none, x, number, "deflection")
 
 
 @cut_along.register(Cable)

@@ -73,6 +73,11 @@ def _draw_in_space(part: SubFigure, solution: Answered, net: CableNet) -> None:
     foot = np.column_stack([net.positions[net.free], net.support])[near]
     gaps = np.stack([points[net.free][near], foot], axis=1)
     drawn = np.concatenate([points[:, 2], net.support[near]])
+    if net.ceiling is not None and net.ceiling_depth is not None:
+        close = net.ceiling_depth >= top - (bottom - top or 1.0)
+        lid = np.column_stack([net.positions[net.free], net.ceiling])[close]
+        axes.scatter(*lid.T, s=5, marker="^", color=GROUND, depthshade=False, label="ceiling c at nodes")
+        drawn = np.concatenate([drawn, lid[:, 2]])
     room = 0.05 * (np.ptp(drawn) or 1.0)
     axes.add_collection3d(Line3DCollection(gaps, colors=GROUND, linewidths=0.8, linestyles="dotted"), autolim=False)
     axes.scatter(*foot.T, s=5, color=GROUND, depthshade=False, label="support f at nodes")

@@ -31,8 +31,8 @@ class Cut(NamedTuple):
     ----------
     x, heights : array, shape (k,)
         The curve of nodes and frame, nan where nothing joins them.
-    ground_x, ground : array, shape (m,)
-        The support, nan where there is none.
+    ground_x, ground, ceiling : array, shape (m,)
+        The support and the ceiling, nan where there is none.
     frame_x, frame_heights : array
         The points of the frame.
     node_x, number : array, shape (s,)
@@ -45,6 +45,7 @@ class Cut(NamedTuple):
     heights: Vector
     ground_x: Vector
     ground: Vector
+    ceiling: Vector
     frame_x: Vector
     frame_heights: Vector
     node_x: Vector
@@ -62,15 +63,22 @@ def cut_of_row(model: LatticeModel, gap: Vector, row: int, noun: str = "membrane
     x: Vector = np.asarray(lattice.origin[0] + lattice.spacing * np.arange(-1, lattice.shape[1] + 1))
     nodes = on_row >= 0
     number = on_row[nodes]
-    ground = np.full(lattice.shape[1], np.nan)
-    ground[nodes] = ground_at(model, number)
+    ground, ceiling = np.full((2, lattice.shape[1]), np.nan)
+    ground[nodes], ceiling[nodes] = ground_at(model, number), ceiling_at(model, number)
     curve = np.where(joined, heights, np.nan)
-    return Cut(x, curve, lattice.x, ground, x[frame], heights[frame], lattice.x[nodes], number, noun)
+    return Cut(x, curve, lattice.x, ground, ceiling, x[frame], heights[frame], lattice.x[nodes], number, noun)
 
 
 def ground_at(model: ContactModel, number: NDArray[np.int64]) -> Vector:
     """Return the heights of the support at some nodes, nan where there is none."""
     return np.where(model.supported[number], model.support[number], np.nan)
+
+
+def ceiling_at(model: ContactModel, number: NDArray[np.int64]) -> Vector:
+    """Return the heights of the ceiling at some nodes, nan where there is none."""
+    if model.ceiling is None:
+        return np.full(number.size, np.nan)
+    return np.where(model.under_ceiling[number], model.ceiling[number], np.nan)
 
 
 def section_axes(part: Figure | SubFigure) -> NDArray[Any]:
@@ -101,6 +109,10 @@ def draw_section(axes: NDArray[Any], cut: Cut, model: ContactModel, solution: An
     clearance = np.where(model.supported[number], solution.gap[number], np.nan)
     gap_axes.plot(node_x, clearance, ".-", color=INK, lw=1, ms=3)
     gap_axes.axhline(0, color=INK, lw=0.6)
+    if model.under_ceiling[number].any():
+        room = np.where(model.under_ceiling & model.supported, model.upper, np.nan)[number]
+        gap_axes.plot(node_x, room, color=CONTACT_UPPER, lw=0.9, ls="--", label="up to the ceiling")
+        gap_axes.legend(loc="best", frameon=False, fontsize="small")
     gap_axes.set(ylabel="gap ω")
     held = held_reaction(solution)
     reaction, width = held[number], max(0.6, min(2.0, 150 / node_x.size))
@@ -121,7 +133,7 @@ def draw_section(axes: NDArray[Any], cut: Cut, model: ContactModel, solution: An
 
 
 def draw_shape(axes: Axes, cut: Cut, model: ContactModel, solution: Answered) -> None:
-    """Draw deflection and support along a section.
+    """Draw deflection, support and ceiling along a section.
 
     Parameters
     ----------
@@ -129,13 +141,14 @@ def draw_shape(axes: Axes, cut: Cut, model: ContactModel, solution: Answered) ->
     cut, model, solution
         See `draw_section`.
     """
-    drawn = np.concatenate([cut.heights[np.isfinite(cut.heights)], cut.ground[np.isfinite(cut.ground)]])
+    drawn = np.concatenate([line[np.isfinite(line)] for line in (cut.heights, cut.ground, cut.ceiling)])
     low, high = float(drawn.min()), float(drawn.max())
     margin = 0.12 * (high - low or 1.0)
     top, bottom = (high + margin, low - margin) if model.upwards else (low - margin, high + margin)
     # Deeper than is seen, for films, whose pictures get one scale afterwards.
     foot = bottom + 100 * (bottom - top)
     axes.fill_between(cut.ground_x, cut.ground, foot, color=GROUND, alpha=0.55, lw=0, label="support f")
+    draw_ceiling(axes, cut, top + 100 * (top - bottom))
     axes.plot(cut.x, cut.heights, color=BLUE, lw=1.8, label=f"{cut.noun} w")
     at_nodes, upper = solution.deflection[cut.number], solution.contact_upper[cut.number]
     lower = solution.contact_lower[cut.number]
@@ -147,3 +160,12 @@ def draw_shape(axes: Axes, cut: Cut, model: ContactModel, solution: Answered) ->
     axes.legend(loc="best", frameon=False, fontsize="small")
     axes.set(ylabel=f"height,\n{model.sense}", title="Section")
     tidy(axes)
+
+
+def draw_ceiling(axes: Axes, cut: Cut, top: float) -> None:
+    """Draw the ceiling of a section, if there is one, as a body that goes up to some height."""
+    if np.isfinite(cut.ceiling).any():
+        axes.fill_between(
+            cut.ground_x, cut.ceiling, top, facecolor="none", edgecolor=GROUND, hatch="////", lw=0, label="ceiling c"
+        )
+        axes.plot(cut.ground_x, cut.ceiling, color=GROUND, lw=1.2)

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted, drawn_in_space
 from ..models.membrane import Membrane
-from .states import seen
-from .style import BLUE, CONTACT, GROUND, INK, head, new_figure, tidy_in_space
+from ..models.records import NodeState
+from .states import STATE_COLOURS, seen
+from .style import BLUE, GROUND, INK, head, new_figure, tidy_in_space
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,14 +34,14 @@ def _support_in_space(membrane: Membrane, wanted: Wanted) -> Figure:
 
 
 def membrane_in_space(membrane: Membrane, solution: Answered, wanted: Wanted) -> Figure:
-    """Draw the deflected membrane over its support, facets in contact in their own colour."""
+    """Draw the deflected membrane between support and ceiling, facets in contact in their own colours."""
     axes = _axes(wanted)
     heights = membrane.padded_deflection(solution.gap)
     joined = membrane.stencil.padded_mask() | membrane.stencil.frame_points()
     surface = np.where(joined, heights, np.nan)
     state, _ = seen(solution)
-    contact = np.pad(membrane.lattice.scatter((state > 0).astype(float), fill=0.0), 1) > 0
-    _draw_surface(axes, membrane, surface, BLUE, 1.0, contact)
+    held = np.pad(membrane.lattice.scatter(np.maximum(state, 0), fill=0), 1)
+    _draw_surface(axes, membrane, surface, BLUE, 1.0, held)
     below = _laid(membrane, membrane.support)
     known = surface[np.isfinite(surface)]
     reach, lowest = float(np.ptp(known)) or 1.0, membrane.lowest(known)
@@ -48,6 +49,11 @@ def membrane_in_space(membrane: Membrane, solution: Answered, wanted: Wanted) ->
     plane = lowest - reach if membrane.upwards else lowest + reach
     cut = _cut_off(below, plane, membrane.upwards)
     _draw_surface(axes, membrane, below, GROUND, 0.25)
+    if membrane.ceiling is not None:
+        above = _laid(membrane, membrane.ceiling)
+        highest = float(known.max() if membrane.upwards else known.min())
+        _cut_off(above, highest + reach if membrane.upwards else highest - reach, not membrane.upwards)
+        _draw_surface(axes, membrane, above, GROUND, 0.15)
     _draw_frame(axes, membrane)
     _finish(axes, membrane, wanted)
     told = f"\nThe support goes on below {plane:.3g}." if cut else ""
@@ -86,7 +92,7 @@ def _axes(wanted: Wanted) -> Any:
 
 
 def _draw_surface(
-    axes: Any, membrane: Membrane, heights: NDArray[Any], colour: str, alpha: float, contact: Any = None
+    axes: Any, membrane: Membrane, heights: NDArray[Any], colour: str, alpha: float, held: Any = None
 ) -> None:
     if not np.isfinite(heights).any():
         return
@@ -99,8 +105,9 @@ def _draw_surface(
     x = lattice.origin[0] + lattice.spacing * (columns - 1.0)
     y = lattice.origin[1] + lattice.spacing * (rows - 1.0)
     colours = np.broadcast_to(to_rgba(colour, alpha), (rows.size, columns.size, 4)).copy()
-    if contact is not None:
-        colours[contact[np.ix_(rows, columns)]] = to_rgba(CONTACT, alpha)
+    if held is not None:
+        for state in (NodeState.CONTACT, NodeState.CONTACT_UPPER):
+            colours[held[np.ix_(rows, columns)] == state] = to_rgba(STATE_COLOURS[state], alpha)
     grid_x, grid_y = np.meshgrid(x, y)
     axes.plot_surface(
         *(grid_x, grid_y, heights[np.ix_(rows, columns)]),

@@ -116,6 +116,21 @@ class ContactProblem(Posed):
         reference = self.reference if reference is None else reference
         return self._of(self.facts, forces, self.bounds, gap_scale, reference, self.frame_reference)
 
+    def with_data(self, q: ArrayLike, lower: ArrayLike, upper: ArrayLike) -> Self:
+        """Return the problem with other forces between other bounds; it shares the matrix and what is known of it.
+
+        Parameters
+        ----------
+        q : array, shape (n,)
+            Force.
+        lower, upper : float or array, shape (n,)
+            Bounds (length), -inf and inf where there is none.
+        """
+        bounds = Bounds.of(self.size, lower, upper)
+        forces = read_only(vector(q, self.size, "q"))
+        self.facts.require_balance(forces, bounds)
+        return self._of(self.facts, forces, bounds, None, None, None)
+
     def with_springs(self, at_lower: Mask, at_upper: Mask) -> Self:
         """Return the problem with springs at some nodes, that pull the gap to the bound which holds it there.
 

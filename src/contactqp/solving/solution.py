@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from .sensitivity import Sensitivity
+
 OnFailure = Literal["warn", "raise", "ignore"]
 
 _SHARP_ON_LATTICES = 100_000
@@ -585,7 +587,7 @@ class Solution:
 
     @property
     def force_balance(self) -> ForceBalance:
-        """ΣP = ΣR + the frame's pull (force)."""
+        """ΣP = ΣR + the frame's pull (force), with what a ceiling and a foundation add; see `ForceBalance`."""
         return self._physical("force_balance").force_balance(self.gap)
 
     def _physical(self, attribute: str) -> ContactModel:
@@ -633,10 +635,32 @@ class Solution:
         polished.report("warn")
         return polished
 
+    def sensitivity(self) -> Sensitivity:
+        """Return the derivatives of this solution by load, support and whatever else it depends on.
+
+        Where nodes are undecided, or the bound is above 1e-8, active sets go on from the answer first.
+
+        Raises
+        ------
+        ValueError
+            If no enclosure is known.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> solution = cq.solve(cq.gallery.paper_hexagon(0.03), tol=1e-9)
+        >>> solution.sensitivity().adjoint(reaction=1.0)["load"].shape
+        (1857,)
+        """
+        from .sensitivity import Sensitivity
+
+        return Sensitivity(self)
+
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
 
-        Variables: gap, deflection, support, reaction, contact_pressure, load, contact (the backend's own contact set,
+        Variables: gap, deflection, support, ceiling, foundation, tension (or tension_x and tension_y; where there are
+        such, and they vary), reaction, contact_pressure, load, contact (the backend's own contact set,
         True or False), gap_lower, gap_upper, reaction_lower, reaction_upper, and contact_state (1 certainly in contact
         with the support, 2 with an upper bound, 0 certainly clear, -1 undecided). Where there is no support, gap and
         its bounds are infinite. A cable net's has the dim node, with the coordinates x, y and point, and no

@@ -127,7 +127,7 @@ class Solver:
         load, support : number, array, xarray.DataArray or function of (x, y), optional
             Another load or support of the model, given and positive as when the model was made.
         tension : float, optional
-            Another tension, > 0, of a membrane or a cable.
+            Another tension, > 0, of a membrane or a cable; a factor of its own where that varies or goes by direction.
         lift : float, optional
             Height (length) by which the support is lifted.
         q : array, shape (n,), optional

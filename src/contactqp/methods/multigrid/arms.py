@@ -29,12 +29,14 @@ class Arms:
     layout : Layout
     across, along : float or array
         Stiffness of the arms along rows, shape (rows, columns + 1), and along columns, shape (rows + 1, columns).
+    ground : float or array, shape (rows, columns)
+        Stiffness of the arms between the nodes and the ground; the number 0 where all other arms are equal.
     """
 
-    def __init__(self, layout: Layout, across: ArmStiffness, along: ArmStiffness) -> None:
+    def __init__(self, layout: Layout, across: ArmStiffness, along: ArmStiffness, ground: ArmStiffness = 0.0) -> None:
         self.layout = layout
         self.rows, self.columns = layout.rows, layout.columns
-        self.across, self.along = across, along
+        self.across, self.along, self.ground = across, along, ground
         self.typical_arms = _typical(across), _typical(along)
         self.row_coarsening, self.column_coarsening = coarsening(self.rows, self.columns, *self.typical_arms)
 
@@ -49,7 +51,12 @@ class Arms:
     @cached_property
     def stiffest(self) -> float:
         """Bound of the diagonal of G."""
-        return float(sum(2.0 * np.max(arms) for arms in (self.across, self.along)))
+        return float(sum(2.0 * np.max(arms) for arms in (self.across, self.along))) + float(np.max(self.ground))
+
+    @property
+    def stiffnesses(self) -> tuple[ArmStiffness, ArmStiffness, ArmStiffness]:
+        """Stiffness of the arms along rows, along columns and to the ground, as kernels take them."""
+        return self.across, self.along, self.ground
 
     @property
     def varying(self) -> bool:
@@ -63,7 +70,8 @@ class Arms:
         west, east = (across, across) if isinstance(across, float) else (across[:, :-1], across[:, 1:])
         south, north = (along, along) if isinstance(along, float) else (along[:-1], along[1:])
         force = west * (own - grid[1:-1, :-2]) + east * (own - grid[1:-1, 2:])
-        return np.asarray(force + (south * (own - grid[:-2, 1:-1]) + north * (own - grid[2:, 1:-1])))
+        force = force + (south * (own - grid[:-2, 1:-1]) + north * (own - grid[2:, 1:-1]))
+        return np.asarray(force if isinstance(self.ground, float) else force + self.ground * own)
 
     def coarse_shape(self) -> tuple[int, int]:
         """Return rows and columns of the next coarser lattice."""
@@ -122,11 +130,21 @@ def _coarser_varying(lattice: Arms, mask: Mask, kinds: NDArray[np.uint8] | None)
     own_columns = along[:, right - 1 :: right][:, :columns]
     coarse_across = down * _series(own_rows.T, right, columns + 1).T
     coarse_along = right * _series(own_columns, down, rows + 1)
-    held = (coarse_across[:, :-1] + coarse_across[:, 1:]) + (coarse_along[:-1] + coarse_along[1:])
+    ground = _gathered(_gathered(np.asarray(lattice.ground), down).T, right).T
+    held = (coarse_across[:, :-1] + coarse_across[:, 1:]) + (coarse_along[:-1] + coarse_along[1:]) + ground
     mask = mask & (held > 0)
     if not mask.any():
         return None
-    return Arms(Layout(mask, kinds), np.ascontiguousarray(coarse_across), np.ascontiguousarray(coarse_along))
+    return Arms(Layout(mask, kinds), *map(np.ascontiguousarray, (coarse_across, coarse_along, ground)))
+
+
+def _gathered(grid: Grid, coarsening: int) -> Grid:
+    """Return for each coarse row what the fine rows about it have, half of that of the rows between two."""
+    if coarsening == 1:
+        return grid
+    rows = len(grid) // 2
+    between = np.vstack([grid, np.zeros((1, grid.shape[1]))])[0::2][: rows + 1]
+    return np.asarray(grid[1::2][:rows] + 0.5 * (between[:-1] + between[1:]))
 
 
 def _series(arms: Grid, count: int, wanted: int) -> Grid:
@@ -148,7 +166,8 @@ def arms_of(stencil: LatticeStiffness, layout: Layout) -> Arms:
     along = np.broadcast_to(stencil.vertical, (stencil.mask.shape[0] + 1, stencil.mask.shape[1]))
     across = across[box_rows, box_columns.start : box_columns.stop + 1]
     along = along[box_rows.start : box_rows.stop + 1, box_columns]
-    return Arms(layout, *_joined_to_nodes(layout, across, along))
+    ground = np.broadcast_to(stencil.ground, stencil.mask.shape)[box_rows, box_columns]
+    return Arms(layout, *_joined_to_nodes(layout, across, along), np.where(layout.mask, ground, 0.0))
 
 
 def _joined_to_nodes(layout: Layout, across: Grid, along: Grid) -> tuple[Grid, Grid]:

@@ -136,7 +136,7 @@ class ContactMultigrid:
 
     def _sweep(self, half_sweeps: int) -> None:
         """Do red and black half-sweeps in turn; what strips leave out at their borders is done afterwards."""
-        problem = self.omega, self.q, self.lattice.across, self.lattice.along, *self._bounded_place
+        problem = self.omega, self.q, *self.lattice.stiffnesses, *self._bounded_place
         for first in range(0, half_sweeps, _AT_ONCE):
             count = min(_AT_ONCE, half_sweeps - first)
             self.team.run(self._kernels.sweep, self._strips, *problem, first, count)
@@ -148,7 +148,7 @@ class ContactMultigrid:
         """Restrict the residual; see `lattice_kernels`."""
         first = self.hierarchy.levels[0]
         place = *self.limits, runs, self.lattice.layout.row_start
-        problem = self.omega, self.q, self.lattice.across, self.lattice.along, *place
+        problem = self.omega, self.q, *self.lattice.stiffnesses, *place
         marks = self.hierarchy.free, self.hierarchy.changed
         arguments = *problem, *marks, first.residual, *self._coarsening, 1 / self.lattice.reach
         found = self.team.run(self._exchange.restrict_residual, first.strips, *arguments)
@@ -156,7 +156,7 @@ class ContactMultigrid:
 
     def _line_search(self) -> float:
         """Shorten the step to the least energy along it; it stays feasible, because both of its ends are."""
-        arguments = self.omega, self._next, self.q, self.lattice.across, self.lattice.along, *self._place
+        arguments = self.omega, self._next, self.q, *self.lattice.stiffnesses, *self._place
         sums = self.team.run(self._kernels.energy_slope, self._strips, *arguments)
         slope, curvature = (float(sum(part)) for part in zip(*sums, strict=True))
         self.work += 1

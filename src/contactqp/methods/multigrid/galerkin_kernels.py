@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from .lattice_kernels import _arm
+from .lattice_kernels import _arm, _spring
 
 _DAMPING = 16.0 / 9.0
 _TINY = float(np.finfo(np.float32).tiny)
@@ -76,6 +76,7 @@ def _coarsen_lattice(  # type: ignore[no-untyped-def]
     changed,
     across,
     along,
+    ground,
     constant,
     stencil,
     kind,
@@ -116,7 +117,8 @@ def _coarsen_lattice(  # type: ignore[no-untyped-def]
                         e = _arm(across, i + a - 1, j + b)
                         s = _arm(along, i + a - 1, j + b - 1)
                         n = _arm(along, i + a, j + b - 1)
-                        image[a + 3, b + 3] = (w + e + s + n) * basis[a + 3, b + 3] - (
+                        held = w + e + s + n + _spring(ground, i + a - 1, j + b - 1)
+                        image[a + 3, b + 3] = held * basis[a + 3, b + 3] - (
                             w * basis[a + 3, b + 2]
                             + e * basis[a + 3, b + 4]
                             + s * basis[a + 2, b + 3]
@@ -208,7 +210,7 @@ def coarsen_lattice(varying: bool) -> Any:
     """Compile the first coarsening for equal or for varying arms, or load it."""
     arms = "float64[:, ::1]" if varying else "float64"
     signature = (
-        f"void({_KIND}, {_ROWS}, {arms}, {arms}, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, "
+        f"void({_KIND}, {_ROWS}, {arms}, {arms}, {arms}, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, "
         "int64, int64, boolean, int64, int64)"
     )
     return njit(signature, cache=True, nogil=True, error_model="numpy")(_coarsen_lattice)

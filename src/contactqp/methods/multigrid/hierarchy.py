@@ -81,6 +81,7 @@ class Hierarchy:
             self.changed,
             lattice.across,
             lattice.along,
+            lattice.ground,
             first.constant,
             first.stencil,
             first.kind,
@@ -157,7 +158,9 @@ class Hierarchy:
         target = np.zeros(6, dtype=np.float32), stencil, kind, rows
         lattice, first = self.lattice, self.levels[0]
         coarsen = galerkin_kernels.coarsen_lattice(False)
-        coarsen(example, every, lattice.across, lattice.along, *target, *first.factors, False, 1, width + 1)
+        coarsen(
+            example, every, lattice.across, lattice.along, lattice.ground, *target, *first.factors, False, 1, width + 1
+        )
         galerkin_kernels.set_factors(stencil, kind, rows, target[0], 1, width + 1)
         first.constant = stencil[:, middle, middle].copy()
         for finer, level in pairwise(self.levels):

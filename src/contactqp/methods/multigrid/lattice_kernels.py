@@ -4,7 +4,9 @@ Arrays have a ring of frame points about the nodes. ``runs`` lists nodes of one 
 (see `contactqp.geometry.runs`); ``row_start[i]`` is the first run of row i. ``floor`` and ``ceiling`` are the bounds of
 the nodes that are `BOUNDED`, and empty where there are none. ``across`` and ``along`` are the stiffnesses of the arms
 along a row and along a column: numbers where all are equal, else arrays, ``across[i - 1, j - 1]`` west and
-``along[i - 1, j - 1]`` south of the point [i, j].
+``along[i - 1, j - 1]`` south of the point [i, j]. ``ground[i - 1, j - 1]`` is the stiffness of an arm between the point
+and the ground: an array where arms are, and a number, which is not looked at, where all arms are equal and none of them
+ends on the ground.
 
 A kernel works on the rows, or coarse rows, [lo, hi), so that threads can share a pass. No certificate rests on these
 kernels, so they may contract products and sums.
@@ -37,8 +39,20 @@ def _compiled_arm(arms, i, j):  # type: ignore[no-untyped-def]
     return lambda arms, i, j: arms[i, j]
 
 
+def _spring(ground: Any, i: int, j: int) -> float:
+    """Return the stiffness of a point's arm to the ground: 0 where it is given as a number."""
+    return 0.0 if np.ndim(ground) == 0 else float(ground[i, j])
+
+
+@overload(_spring, inline="always")
+def _compiled_spring(ground, i, j):  # type: ignore[no-untyped-def]
+    if isinstance(ground, types.Float):
+        return lambda ground, i, j: 0.0
+    return lambda ground, i, j: ground[i, j]
+
+
 @njit(error_model="numpy", fastmath=_FAST)
-def _relax_row(omega, q, across, along, floor, ceiling, runs, row_start, i, colour, buffer):  # type: ignore[no-untyped-def]
+def _relax_row(omega, q, across, along, ground, floor, ceiling, runs, row_start, i, colour, buffer):  # type: ignore[no-untyped-def]
     """Relax the nodes of row i whose row + column + colour is even, by projected Gauss-Seidel.
 
     The whole row is computed, contiguously, and then blended with the old one: twice the arithmetic, but in vectors.
@@ -55,7 +69,7 @@ def _relax_row(omega, q, across, along, floor, ceiling, runs, row_start, i, colo
             w, e = _arm(across, i - 1, j - 1), _arm(across, i - 1, j)
             s, n = _arm(along, i - 1, j - 1), _arm(along, i, j - 1)
             pull = w * west[k] + e * east[k] + s * south[k] + n * north[k] - drive[k]
-            relaxed = max(lower, pull * (1.0 / (w + e + s + n)))
+            relaxed = max(lower, pull * (1.0 / (w + e + s + n + _spring(ground, i - 1, j - 1))))
             buffer[k] = own[k] if (k + odd) & 1 else relaxed
         if runs[run, KIND] == BOUNDED:
             low, high = floor[i, first:last], ceiling[i, first:last]
@@ -67,7 +81,7 @@ def _relax_row(omega, q, across, along, floor, ceiling, runs, row_start, i, colo
 
 
 def _sweep(  # type: ignore[no-untyped-def]
-    omega, q, across, along, floor, ceiling, runs, row_start, begin, count, lo, hi
+    omega, q, across, along, ground, floor, ceiling, runs, row_start, begin, count, lo, hi
 ):
     """Do ``count`` half-sweeps of projected Gauss-Seidel from number ``begin`` on, even red and odd black, on [lo, hi).
 
@@ -83,7 +97,7 @@ def _sweep(  # type: ignore[no-untyped-def]
             if i < lo or i >= hi:
                 continue
             if (i - lo >= k or lo == 1) and (hi - 1 - i >= k or hi == last_row + 1):
-                _relax_row(omega, q, across, along, floor, ceiling, runs, row_start, i, (begin + k) & 1, buffer)
+                _relax_row(omega, q, across, along, ground, floor, ceiling, runs, row_start, i, (begin + k) & 1, buffer)
 
 
 @njit(error_model="numpy", fastmath=_FAST)
@@ -102,6 +116,7 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
     q,
     across,
     along,
+    ground,
     floor,
     ceiling,
     runs,
@@ -145,7 +160,7 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
                     own[k] - east[k]
                 )
                 vertical = _arm(along, i - 1, j - 1) * (own[k] - south[k]) + _arm(along, i, j - 1) * (own[k] - north[k])
-                out[k] = -((horizontal + vertical) + drive[k])
+                out[k] = -((horizontal + vertical) + drive[k] + _spring(ground, i - 1, j - 1) * own[k])
             if i >= first_own:
                 flags = free[i, first:last]
                 if runs[run, KIND] == SUPPORTED:
@@ -235,7 +250,7 @@ def _correct(  # type: ignore[no-untyped-def]
     return cut
 
 
-def _energy_slope(omega, corrected, q, across, along, runs, row_start, lo, hi):  # type: ignore[no-untyped-def]
+def _energy_slope(omega, corrected, q, across, along, ground, runs, row_start, lo, hi):  # type: ignore[no-untyped-def]
     """Return d·R and d·Gd of the step d = corrected - ω: the energy changes by α d·R + ½ α² d·Gd along α d."""
     slope = curvature = 0.0
     for run in range(row_start[lo], row_start[hi]):
@@ -244,7 +259,8 @@ def _energy_slope(omega, corrected, q, across, along, runs, row_start, lo, hi): 
             step = corrected[i, j] - omega[i, j]
             if step == 0.0:
                 continue
-            reaction, change = q[i, j], 0.0
+            spring = _spring(ground, i - 1, j - 1)
+            reaction, change = q[i, j] + spring * omega[i, j], spring * step
             for k in range(4):
                 if k == 0:
                     arm, a, b = _arm(across, i - 1, j - 1), i, j - 1
@@ -329,12 +345,12 @@ _PLACE = f"{RUNS}, int64[::1]"
 
 def _problem(varying: bool) -> str:
     arms = GRID if varying else "float64"
-    return f"{GRID}, {GRID}, {arms}, {arms}, {_PLACE}"
+    return f"{GRID}, {GRID}, {arms}, {arms}, {arms}, {_PLACE}"
 
 
 def _bounded(varying: bool) -> str:
     arms = GRID if varying else "float64"
-    return f"{GRID}, {GRID}, {arms}, {arms}, {GRID}, {GRID}, {_PLACE}"
+    return f"{GRID}, {GRID}, {arms}, {arms}, {arms}, {GRID}, {GRID}, {_PLACE}"
 
 
 def _compiled(function: Any, signature: str) -> Any:

@@ -1,0 +1,292 @@
+r"""Sensitivity: derivatives of gap, deflection and reaction by what a contact problem is made of.
+
+At a solution with the free nodes F and the nodes C that a bound b holds, all of them strictly (gaps away from the
+bounds on F, reactions other than zero on C), a small change of the data leaves the sets as they are, and
+
+.. math:: G_{FF}\dot ω_F = -(\dot q_F + G_{FC}\dot b_C),\quad \dot ω_C = \dot b_C,\quad \dot R = G\dot ω + \dot q,
+
+where q̇ is the derivative of the reaction at a gap that stays. Forwards a direction takes one linear solve; backwards
+(by the adjoint equations) the derivatives of a number by all data take one. For an M-matrix or a positive definite G
+the solution is directionally differentiable even where nodes are *biactive*, with gap and reaction both zero; the
+derivative then solves a contact problem of its own, whose gaps are bounded by ḃ there (Mignot, *Contrôle dans les
+inéquations variationelles elliptiques*, J. Functional Analysis 22, 1976; for complementarity problems: Facchinei and
+Pang, *Finite-Dimensional Variational Inequalities and Complementarity Problems*, 2003, section 5.4).
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ContactWarning
+from ..foundation.cards import card
+from ..foundation.checks import Mask, Vector, vector
+from ..foundation.outside import stacklevel_outside
+from ..foundation.text import counted
+from ..methods.linear import solver
+from ..models.base import split
+from ..proof.status import Status
+from .parameters import Change, OfModel, OfProblem, Parameters
+
+if TYPE_CHECKING:
+    from .solution import Solution
+
+_PRECISE = 1e-12
+"""Largest force out of balance of a linear solve, relative to the largest force."""
+
+_SURE = 1e-8
+"""Error over the error scale up to which an answer is taken as it is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Derivative:
+    """The derivative of a solution in a direction; one-sided where nodes are biactive.
+
+    Attributes
+    ----------
+    gap : array, shape (n,)
+        Of ω (length per unit of the direction).
+    reaction : array, shape (n,)
+        Of R (force per unit of the direction).
+    deflection : array, shape (n,), or None
+        Of the model's deflection, positive as its heights; None for a bare problem.
+    """
+
+    gap: Vector
+    reaction: Vector
+    deflection: Vector | None
+
+    @property
+    def total_reaction(self) -> float:
+        """Of the sum of all reactions (force per unit of the direction)."""
+        return float(self.reaction.sum())
+
+    def __repr__(self) -> str:
+        largest = float(np.abs(self.gap).max())
+        return f"Derivative({self.gap.size} nodes, gap up to {largest:.3g}, total reaction {self.total_reaction:.3g})"
+
+
+class Sensitivity:
+    """Derivatives of a solution by load, support and whatever else it depends on.
+
+    Made by `Solution.sensitivity`. Parameters of a model: ``load``, ``support``, ``ceiling`` and ``foundation`` (if it
+    has them), each with a value for each node, in the units and the sense in which the model takes them; ``tension``,
+    where it is one number; ``frame_height``, by which the whole frame is moved. Of a bare problem: ``q``, ``lower``,
+    ``upper``.
+
+    Attributes
+    ----------
+    solution : Solution
+        The answer whose contact set counts: the one that was given, or, where that was not good enough, the one that
+        active sets have made of it.
+    biactive : array of int
+        Nodes that are not proven to be in contact or clear: there gap and reaction both vanish, as far as is known, and
+        derivatives are one-sided.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> cable = cq.Cable(span=10.0, spacing=0.1, tension=2.0, load=1.0, support=3.0)
+    >>> sensitivity = cq.solve(cable, tol=1e-9).sensitivity()
+    >>> round(sensitivity.forward(load=1.0).total_reaction, 6)
+    6.5
+    >>> gradient = sensitivity.adjoint(reaction=1.0)  # of the total reaction, by everything
+    >>> sorted(gradient), round(gradient["tension"], 6)
+    (['frame_height', 'load', 'support', 'tension'], -1.714286)
+    """
+
+    def __init__(self, solution: Solution) -> None:
+        self.solution = _exact(solution)
+        certificate = self.solution.certificate
+        if certificate is None:
+            raise ValueError(
+                f"a sensitivity needs a contact set that is known, but nothing is proven of {self.solution!r}; "
+                "solve to a smaller tol, or by a backend that certifies the problem"
+            )
+        self._problem = self.solution.problem
+        self._at_lower, self._at_upper = certificate.contact_lower, certificate.contact_upper
+        bounded = np.isfinite(self._problem.lower) | np.isfinite(self._problem.upper)
+        self._open: Mask = certificate.undecided & bounded
+        self.biactive: NDArray[np.intp] = np.flatnonzero(self._open)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(self._parameters.known)
+
+    def forward(self, **directions: Any) -> Derivative:
+        """Return the derivative in a direction: of one parameter, or of several that change together.
+
+        Parameters
+        ----------
+        **directions : number, array, shape (n,), or whatever the model takes for such a parameter
+            By how much each parameter changes.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If there is no such parameter, or a direction has the wrong kind or shape.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])
+        >>> cq.solve(problem).sensitivity().forward(q=[-1.0, 0.0]).gap
+        array([0.5, 0. ])
+        """
+        change = self._parameters.change(directions)
+        gap = self._moved(change) if self.biactive.size else self._moved_freely(change)
+        reaction = self._problem.stiffness.matvec(gap) + change.reaction
+        free = ~(self._at_lower | self._at_upper | self._open)
+        model = self.solution.model
+        return Derivative(
+            gap=gap,
+            reaction=np.where(free, 0.0, reaction),
+            deflection=None if model is None else (change.reference - gap) * (-1.0 if model.upwards else 1.0),
+        )
+
+    def adjoint(
+        self, *, gap: ArrayLike = 0.0, deflection: ArrayLike = 0.0, reaction: ArrayLike = 0.0
+    ) -> dict[str, Any]:
+        """Return the derivatives of a number by all parameters: J = Σ weight times gap, deflection and reaction.
+
+        A total reaction is ``reaction=1.0``; the deflection of a node is ``deflection=`` with a one there. The weights
+        of a nonlinear J are its own derivatives by gap, deflection and reaction.
+
+        Parameters
+        ----------
+        gap, deflection, reaction : float or array, shape (n,)
+            Weights. A bare problem has no deflection.
+
+        Returns
+        -------
+        dict
+            Array of shape (n,), or a number, by the name of the parameter.
+
+        Raises
+        ------
+        ValueError
+            If nodes are biactive: there is no gradient then, and only `forward` tells its one-sided derivatives.
+        TypeError
+            If a weight has the wrong kind.
+        """
+        if self.biactive.size:
+            raise ValueError(
+                f"there is no gradient: {counted(self.biactive.size, 'node')} ({self._named}) may have neither gap nor "
+                "reaction, so that derivatives differ to either side; take forward() for directions"
+            )
+        size, model = self._problem.size, self.solution.model
+        by_gap, by_deflection, by_reaction = (
+            vector(np.broadcast_to(w, (size,)) if np.ndim(w) == 0 else w, size, name)
+            for name, w in (("gap", gap), ("deflection", deflection), ("reaction", reaction))
+        )
+        if model is None and by_deflection.any():
+            raise TypeError("a bare problem has no deflection; give weights for gap and reaction")
+        by_reference = by_deflection * (-1.0 if model is not None and model.upwards else 1.0)
+        held, stiffness = self._held, self._problem.stiffness.transposed
+        # Reactions of free nodes vanish, whatever changes.
+        by_reaction = np.where(held, by_reaction, 0.0)
+        weight = by_gap - by_reference + stiffness.matvec(by_reaction)
+        adjoint = np.zeros(size)
+        adjoint[~held] = self._solve(weight[~held], transposed=True)
+        by_bound = weight - stiffness.matvec(adjoint)
+        return self._parameters.gradient(
+            Change(
+                reaction=by_reaction - adjoint,
+                lower=np.where(self._at_lower, by_bound, 0.0),
+                upper=np.where(self._at_upper, by_bound, 0.0),
+                reference=by_reference,
+            )
+        )
+
+    @cached_property
+    def _held(self) -> Mask:
+        return np.asarray(self._at_lower | self._at_upper)
+
+    @cached_property
+    def _parameters(self) -> Parameters:
+        model, problem = self.solution.model, self._problem
+        if model is None:
+            return OfProblem(problem)
+        free = ~(self._held | self._open)
+        return OfModel(model, self.solution.gap, np.where(free, 0.0, problem.reaction(self.solution.gap)))
+
+    def _moved_freely(self, change: Change) -> Vector:
+        """Return the derivative of the gap by one linear solve."""
+        gap = np.where(self._at_upper, change.upper, np.where(self._at_lower, change.lower, 0.0))
+        force = change.reaction + self._problem.stiffness.matvec(gap)
+        gap[~self._held] = -self._solve(force[~self._held])
+        return gap
+
+    def _moved(self, change: Change) -> Vector:
+        """Return the derivative of the gap by its own contact problem: biactive nodes may leave their bounds."""
+        from .solve import solve
+
+        problem = self._problem
+        below, above = (np.isfinite(bound) & self._open for bound in (problem.lower, problem.upper))
+        # A node that may be at either bound is at the nearer one.
+        gap = self.solution.gap
+        above &= ~below | (problem.upper - gap < gap - problem.lower)
+        below &= ~above
+        lower = np.where(self._at_lower | below, change.lower, np.where(self._at_upper, change.upper, -np.inf))
+        upper = np.where(self._at_upper | above, change.upper, np.where(self._at_lower, change.lower, np.inf))
+        found = solve(problem.with_data(change.reaction, lower, upper), "active-set", tol=1e-9, on_failure="ignore")
+        if found.status is not Status.CERTIFIED:
+            warnings.warn(
+                f"the derivative's own contact problem is {found.status}, with {found.iterations} steps: take it with "
+                "caution",
+                ContactWarning,
+                stacklevel=stacklevel_outside(),
+            )
+        return found.gap
+
+    def _solve(self, force: Vector, *, transposed: bool = False) -> Vector:
+        if not force.size:
+            return force
+        restricted = self._problem.stiffness.restricted(~self._held)
+        found = solver(restricted.transposed if transposed else restricted, _PRECISE)
+        if found is None:
+            raise ValueError("the matrix of the free nodes is singular in double precision")
+        return found[0](force) if force.any() else np.zeros_like(force)
+
+    @property
+    def _named(self) -> str:
+        model = self.solution.model
+        first = int(self.biactive[0])
+        return f"first node {first}" if model is None else f"first {model.describe(first)}"
+
+    def __repr__(self) -> str:
+        held = int(np.count_nonzero(self._held))
+        count = f", {counted(self.biactive.size, 'biactive node')}" if self.biactive.size else ""
+        return f"Sensitivity({held} of {self._problem.size} nodes held{count}; by {', '.join(self.parameters)})"
+
+    def _repr_html_(self) -> str:
+        facts = {
+            "held": f"{int(np.count_nonzero(self._held))} of {self._problem.size} nodes",
+            "biactive": f"{self.biactive.size}" if self.biactive.size else "",
+            "by": ", ".join(self.parameters),
+        }
+        return card("Sensitivity", facts)
+
+
+def _exact(solution: Solution) -> Solution:
+    """Return an answer whose contact set is proven where that can be, and whose error is next to nothing."""
+    from .request import Request
+    from .solution import Solution as Answered
+
+    certificate = solution.certificate
+    good = certificate is not None and not certificate.undecided.any() and solution.relative_bound <= _SURE
+    if good or not solution.finite:
+        return solution
+    from ..backends import get_backend
+
+    _, problem = split(solution.subject)
+    backend = get_backend("active-set")
+    request = Request.of(min(solution.tol, _SURE), None, None, {})
+    finished = Answered.by(backend, solution.subject, request, warm_start=problem.project(solution.gap))
+    return finished if finished.certificate is not None else solution
