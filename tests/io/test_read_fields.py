@@ -142,8 +142,8 @@ def test_bands_and_variables_are_chosen_by_name(tmp_path):
     np.testing.assert_array_equal(cq.read_field(file, LATTICE, key="1"), VALUES / 2)
     with pytest.raises(cq.CaseFileError, match="2 bands; choose one by key: half, height"):
         cq.read_field(file, LATTICE)
-    with pytest.raises(cq.CaseFileError, match="no band 'height' in it; it has half, height; did you mean 'height'"):
-        cq.read_field(file, LATTICE, key="height")
+    with pytest.raises(cq.CaseFileError, match="no band 'heights' in it; it has half, height; did you mean 'height'"):
+        cq.read_field(file, LATTICE, key="heights")
     file = cq.solve(cq.gallery.bowl(7)).save(tmp_path / "answer.nc")
     with pytest.raises(cq.CaseFileError, match="choose one of its variables by key: gap, deflection"):
         cq.read_field(file, LATTICE)

@@ -197,8 +197,8 @@ def test_biactive_nodes_have_one_sided_derivatives():
 
 def test_what_cannot_be_is_said():
     sensitivity = exactly(membrane()).sensitivity()
-    with pytest.raises(TypeError, match="no parameter 'lod'; give load, support"):
-        sensitivity.forward(lod=1.0)
+    with pytest.raises(TypeError, match="no parameter 'loads'; give load, support"):
+        sensitivity.forward(loads=1.0)
     with pytest.raises(TypeError, match="at least: load"):
         sensitivity.forward()
     with pytest.raises(ValueError, match="shape"):

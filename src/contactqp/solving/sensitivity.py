@@ -18,29 +18,70 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..backends import get_backend
 from ..errors import ContactWarning
 from ..foundation.cards import card
 from ..foundation.checks import Mask, Vector, vector
 from ..foundation.outside import stacklevel_outside
 from ..foundation.text import counted
 from ..methods.linear import solver
-from ..models.base import split
 from ..proof.status import Status
 from .parameters import Change, OfModel, OfProblem, Parameters
+from .request import Request
 
 if TYPE_CHECKING:
-    from .solution import Solution
+    from ..backends.base import Backend
+    from ..models.base import ContactModel
+    from ..problem.contact_problem import ContactProblem
+    from ..proof.certificate import Certificate
 
 _PRECISE = 1e-12
 """Largest force out of balance of a linear solve, relative to the largest force."""
 
+_PRECISE_DERIVATIVE = 1e-9
+"""Wanted bound of a derivative that is one-sided, relative to its own scale."""
+
 _SURE = 1e-8
 """Error over the error scale up to which an answer is taken as it is."""
+
+
+class Solved(Protocol):
+    """What is asked of a solution, see `contactqp.solving.solution.Solution`."""
+
+    @property
+    def subject(self) -> ContactModel | ContactProblem: ...  # noqa: D102
+    @property
+    def model(self) -> ContactModel | None: ...  # noqa: D102
+    @property
+    def problem(self) -> ContactProblem: ...  # noqa: D102
+    @property
+    def gap(self) -> Vector: ...  # noqa: D102
+    @property
+    def finite(self) -> bool: ...  # noqa: D102
+    @property
+    def tol(self) -> float: ...  # noqa: D102
+    @property
+    def status(self) -> Status: ...  # noqa: D102
+    @property
+    def iterations(self) -> int: ...  # noqa: D102
+    @property
+    def relative_bound(self) -> float: ...  # noqa: D102
+    @property
+    def certificate(self) -> Certificate | None: ...  # noqa: D102
+
+    def by(  # noqa: D102
+        self,
+        backend: Backend,
+        subject: ContactModel | ContactProblem,
+        request: Request,
+        *,
+        warm_start: Vector | None = None,
+    ) -> Self: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +141,7 @@ class Sensitivity:
     (['frame_height', 'load', 'support', 'tension'], -1.714286)
     """
 
-    def __init__(self, solution: Solution) -> None:
+    def __init__(self, solution: Solved) -> None:
         self.solution = _exact(solution)
         certificate = self.solution.certificate
         if certificate is None:
@@ -225,8 +266,6 @@ class Sensitivity:
 
     def _moved(self, change: Change) -> Vector:
         """Return the derivative of the gap by its own contact problem: biactive nodes may leave their bounds."""
-        from .solve import solve
-
         problem = self._problem
         below, above = (np.isfinite(bound) & self._open for bound in (problem.lower, problem.upper))
         # A node that may be at either bound is at the nearer one.
@@ -235,7 +274,8 @@ class Sensitivity:
         below &= ~above
         lower = np.where(self._at_lower | below, change.lower, np.where(self._at_upper, change.upper, -np.inf))
         upper = np.where(self._at_upper | above, change.upper, np.where(self._at_lower, change.lower, np.inf))
-        found = solve(problem.with_data(change.reaction, lower, upper), "active-set", tol=1e-9, on_failure="ignore")
+        own = problem.with_data(change.reaction, lower, upper)
+        found = self.solution.by(get_backend("active-set"), own, Request.of(_PRECISE_DERIVATIVE, None, None, {}))
         if found.status is not Status.CERTIFIED:
             warnings.warn(
                 f"the derivative's own contact problem is {found.status}, with {found.iterations} steps: take it with "
@@ -274,19 +314,13 @@ class Sensitivity:
         return card("Sensitivity", facts)
 
 
-def _exact(solution: Solution) -> Solution:
+def _exact(solution: Solved) -> Solved:
     """Return an answer whose contact set is proven where that can be, and whose error is next to nothing."""
-    from .request import Request
-    from .solution import Solution as Answered
-
     certificate = solution.certificate
     good = certificate is not None and not certificate.undecided.any() and solution.relative_bound <= _SURE
     if good or not solution.finite:
         return solution
-    from ..backends import get_backend
-
-    _, problem = split(solution.subject)
-    backend = get_backend("active-set")
     request = Request.of(min(solution.tol, _SURE), None, None, {})
-    finished = Answered.by(backend, solution.subject, request, warm_start=problem.project(solution.gap))
+    start = solution.problem.project(solution.gap)
+    finished = solution.by(get_backend("active-set"), solution.subject, request, warm_start=start)
     return finished if finished.certificate is not None else solution
