@@ -114,7 +114,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> ModuleType:
-    """Import `contactqp.testing` and `contactqp.xarray` where they are first asked for."""
+    """Import the public modules where they are first asked for."""
     if name in _MODULES:
         return import_module(f".{name}", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

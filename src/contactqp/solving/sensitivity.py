@@ -18,7 +18,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Literal, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..backends import get_backend
 from ..errors import ContactWarning
 from ..foundation.cards import card
-from ..foundation.checks import Mask, Vector, vector
+from ..foundation.checks import Mask, Vector, one_of, vector
 from ..foundation.outside import stacklevel_outside
 from ..foundation.text import counted
 from ..methods.linear import solver
@@ -192,7 +192,12 @@ class Sensitivity:
         )
 
     def adjoint(
-        self, *, gap: ArrayLike = 0.0, deflection: ArrayLike = 0.0, reaction: ArrayLike = 0.0
+        self,
+        *,
+        gap: ArrayLike = 0.0,
+        deflection: ArrayLike = 0.0,
+        reaction: ArrayLike = 0.0,
+        biactive: Literal["refuse", "held"] = "refuse",
     ) -> dict[str, Any]:
         """Return the derivatives of a number by all parameters: J = Σ weight times gap, deflection and reaction.
 
@@ -203,6 +208,9 @@ class Sensitivity:
         ----------
         gap, deflection, reaction : float or array, shape (n,)
             Weights. A bare problem has no deflection.
+        biactive : {"refuse", "held"}
+            What becomes of biactive nodes: an error, as there is no gradient, or they count as held, which is one of
+            the one-sided derivatives, for methods that need no more.
 
         Returns
         -------
@@ -212,11 +220,12 @@ class Sensitivity:
         Raises
         ------
         ValueError
-            If nodes are biactive: there is no gradient then, and only `forward` tells its one-sided derivatives.
+            If nodes are biactive and to be refused: there is no gradient then, and only `forward` tells the one-sided
+            derivatives.
         TypeError
             If a weight has the wrong kind.
         """
-        if self.biactive.size:
+        if one_of(biactive, ("refuse", "held"), "biactive") == "refuse" and self.biactive.size:
             raise ValueError(
                 f"there is no gradient: {counted(self.biactive.size, 'node')} ({self._named}) may have neither gap nor "
                 "reaction, so that derivatives differ to either side; take forward() for directions"
@@ -229,18 +238,19 @@ class Sensitivity:
         if model is None and by_deflection.any():
             raise TypeError("a bare problem has no deflection; give weights for gap and reaction")
         by_reference = by_deflection * (-1.0 if model is not None and model.upwards else 1.0)
-        held, stiffness = self._held, self._problem.stiffness.transposed
+        at_lower, at_upper = self._at_lower | self._near[0], self._at_upper | self._near[1]
+        held, stiffness = at_lower | at_upper, self._problem.stiffness.transposed
         # Reactions of free nodes vanish, whatever changes.
         by_reaction = np.where(held, by_reaction, 0.0)
         weight = by_gap - by_reference + stiffness.matvec(by_reaction)
         adjoint = np.zeros(size)
-        adjoint[~held] = self._solve(weight[~held], transposed=True)
+        adjoint[~held] = self._solve(weight, ~held, transposed=True)
         by_bound = weight - stiffness.matvec(adjoint)
         return self._parameters.gradient(
             Change(
                 reaction=by_reaction - adjoint,
-                lower=np.where(self._at_lower, by_bound, 0.0),
-                upper=np.where(self._at_upper, by_bound, 0.0),
+                lower=np.where(at_lower, by_bound, 0.0),
+                upper=np.where(at_upper, by_bound, 0.0),
                 reference=by_reference,
             )
         )
@@ -261,17 +271,13 @@ class Sensitivity:
         """Return the derivative of the gap by one linear solve."""
         gap = np.where(self._at_upper, change.upper, np.where(self._at_lower, change.lower, 0.0))
         force = change.reaction + self._problem.stiffness.matvec(gap)
-        gap[~self._held] = -self._solve(force[~self._held])
+        gap[~self._held] = -self._solve(force, ~self._held)
         return gap
 
     def _moved(self, change: Change) -> Vector:
         """Return the derivative of the gap by its own contact problem: biactive nodes may leave their bounds."""
         problem = self._problem
-        below, above = (np.isfinite(bound) & self._open for bound in (problem.lower, problem.upper))
-        # A node that may be at either bound is at the nearer one.
-        gap = self.solution.gap
-        above &= ~below | (problem.upper - gap < gap - problem.lower)
-        below &= ~above
+        below, above = self._near
         lower = np.where(self._at_lower | below, change.lower, np.where(self._at_upper, change.upper, -np.inf))
         upper = np.where(self._at_upper | above, change.upper, np.where(self._at_lower, change.lower, np.inf))
         own = problem.with_data(change.reaction, lower, upper)
@@ -285,14 +291,24 @@ class Sensitivity:
             )
         return found.gap
 
-    def _solve(self, force: Vector, *, transposed: bool = False) -> Vector:
-        if not force.size:
-            return force
-        restricted = self._problem.stiffness.restricted(~self._held)
+    @cached_property
+    def _near(self) -> tuple[Mask, Mask]:
+        """Biactive nodes, by the bound that they are nearer to."""
+        problem, gap = self._problem, self.solution.gap
+        below, above = (np.isfinite(bound) & self._open for bound in (problem.lower, problem.upper))
+        above &= ~below | (problem.upper - gap < gap - problem.lower)
+        return below & ~above, above
+
+    def _solve(self, force: Vector, free: Mask, *, transposed: bool = False) -> Vector:
+        """Return the solution of the free nodes' equations, shape (free.sum(),)."""
+        force = force[free]
+        if not force.any():
+            return np.zeros_like(force)
+        restricted = self._problem.stiffness.restricted(free)
         found = solver(restricted.transposed if transposed else restricted, _PRECISE)
         if found is None:
             raise ValueError("the matrix of the free nodes is singular in double precision")
-        return found[0](force) if force.any() else np.zeros_like(force)
+        return found[0](force)
 
     @property
     def _named(self) -> str:
