@@ -153,9 +153,15 @@ class MemberState(StateInRows):
         return Plan(self.eps or max(task.tol**self.facts.order, self.facts.tightest), most)
 
     def call(self, workspace: Workspace, ask: Ask) -> Reply:
-        """See `LibraryState.call`; what the solver warns of is told by its words."""
+        """See `LibraryState.call`; what the solver warns of is told by its words.
+
+        Some solvers catch Ctrl-C while they work, so that nobody else gets to know of it but by their words.
+        """
         with warnings_ignored():
-            return self.ask(workspace, ask, self._told(ask))
+            reply = self.ask(workspace, ask, self._told(ask))
+        if "interrupt" in reply.words.lower():
+            raise KeyboardInterrupt
+        return reply
 
     @abstractmethod
     def ask(self, workspace: Workspace, ask: Ask, settings: dict[str, Any]) -> Reply:
