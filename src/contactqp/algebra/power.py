@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import numpy as np
+
 from ..foundation.checks import Vector
 
 
@@ -24,7 +26,6 @@ def largest_growth(apply: Callable[[Vector], Vector], start: Vector, steps: int)
 
     Examples
     --------
-    >>> import numpy as np
     >>> round(largest_growth(lambda vector: np.array([3.0, 1.0]) * vector, np.ones(2), 20), 9)
     3.0
     """
@@ -35,6 +36,11 @@ def largest_growth(apply: Callable[[Vector], Vector], start: Vector, steps: int)
         if not 0 < norm < math.inf:
             break
     return norm
+
+
+def generic_start(size: int) -> Vector:
+    """Return a vector to start from that no symmetry of a matrix makes orthogonal to the one that is looked for."""
+    return np.asarray(np.cos(np.arange(size) ** 2.0))
 
 
 def _norm(vector: Vector) -> float:

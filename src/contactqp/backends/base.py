@@ -103,9 +103,6 @@ class _Symmetric(Need):
         return f"{needed}, but {asymmetry}"
 
 
-Need.Z_MATRIX, Need.LATTICE, Need.ONE_SIDED = _ZMatrix(), _Lattice(), _OneSided()
-
-
 class _Definite(Need):
     name = "positive definite"
 
@@ -115,6 +112,7 @@ class _Definite(Need):
         return f"a positive definite matrix, but G was given with a kernel ({problem.facts.kind})"
 
 
+Need.Z_MATRIX, Need.LATTICE, Need.ONE_SIDED = _ZMatrix(), _Lattice(), _OneSided()
 Need.SYMMETRIC, Need.DEFINITE = _Symmetric(), _Definite()
 
 USUAL: tuple[Need, ...] = (Need.SYMMETRIC, Need.DEFINITE)

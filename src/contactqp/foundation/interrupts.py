@@ -223,7 +223,7 @@ def _before_the_end() -> None:
         return
     if getattr(sys, "last_type", None) is KeyboardInterrupt:
         if os.name == "posix":  # as the interpreter itself ends after an interrupt that nobody caught
-            _flush()
+            flush_streams()
             signal.signal(signal.SIGINT, signal.SIG_DFL)
             os.kill(os.getpid(), signal.SIGINT)
         _end_by_force(INTERRUPTED)
@@ -231,11 +231,12 @@ def _before_the_end() -> None:
 
 
 def _end_by_force(code: int) -> NoReturn:
-    _flush()
+    flush_streams()
     os._exit(code)
 
 
-def _flush() -> None:
+def flush_streams() -> None:
+    """Write out what Python's streams still hold; a service may have none, or closed ones."""
     for stream in (sys.stdout, sys.stderr):
         if stream is not None and not stream.closed:
             stream.flush()

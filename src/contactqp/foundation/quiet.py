@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import ctypes
 import os
-import sys
 import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+
+from .interrupts import flush_streams
 
 _guard = threading.Lock()
 
@@ -61,7 +62,7 @@ def output_discarded() -> Iterator[None]:
     """Discard what is printed, by compiled code too: it is for moments, since it holds for all threads."""
     with _guard:
         kept = {}
-        _flush()
+        flush_output()
         try:
             for number in (1, 2):
                 with suppress(OSError):  # a service may have closed it
@@ -72,16 +73,14 @@ def output_discarded() -> Iterator[None]:
             os.close(nowhere)
             yield
         finally:
-            _flush()
+            flush_output()
             for number, copy in kept.items():
                 os.dup2(copy, number)
                 os.close(copy)
 
 
-def _flush() -> None:
+def flush_output() -> None:
     """Write out what Python and the C library still hold."""
-    for stream in (sys.stdout, sys.stderr):
-        if stream is not None and not stream.closed:
-            stream.flush()
+    flush_streams()
     with suppress(AttributeError, OSError, TypeError):
         ctypes.CDLL(None).fflush(None)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..algebra.power import largest_growth
+from ..algebra.power import generic_start, largest_growth
 from ..foundation.checks import Mask, Vector
 
 if TYPE_CHECKING:
@@ -53,8 +53,7 @@ class Face:
         self, matrix: csr_array, q: Vector, lower: Vector, upper: Vector, start: Vector, expansion: float
     ) -> None:
         self._matrix, self._q, self._lower, self._upper = matrix, q, lower, upper
-        seed = np.cos(np.arange(q.size) ** 2.0)
-        largest = largest_growth(lambda x: np.asarray(matrix @ x), seed, _POWER_STEPS)
+        largest = largest_growth(lambda x: np.asarray(matrix @ x), generic_start(q.size), _POWER_STEPS)
         self._length = expansion / (_SAFETY * largest)
         self.x, self.gradient = start, matrix @ start + q
 

@@ -160,8 +160,8 @@ def find_barrier(stiffness: Stiffness, preconditioner: Preconditioner | None = N
 
     On a lattice the candidates cost one pass at most: a paraboloid about the middle of the nodes, and a
     parabola across them along x or y, each >= 0 on the frame; the one with the least `Barrier.reach` is
-    taken, also for the matrix of a rectangular lattice, where it is checked. Otherwise v is found by a linear solve:
-    with D = diag(G)^(-1/2), which takes out the units of the unknowns, D G D y = 1 and v = D y.
+    taken, also for a matrix that is recognised as a lattice's, where it is checked. Otherwise v is found by a linear
+    solve: with D = diag(G)^(-1/2), which takes out the units of the unknowns, D G D y = 1 and v = D y.
 
     Parameters
     ----------

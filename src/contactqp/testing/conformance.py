@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
-import sys
 import tempfile
 import threading
 import time
@@ -25,6 +23,7 @@ from ..backends.contract import check_declared, checked_answer
 from ..errors import UnsuitableProblemError
 from ..foundation.checks import Vector, open_interval, positive_number
 from ..foundation.interrupts import OutOfTime, run_interruptibly
+from ..foundation.quiet import flush_output
 from ..problem.contact_problem import ContactProblem
 from ..proof.judge import judge
 from ..proof.measure import measure
@@ -404,7 +403,7 @@ def _listening() -> Iterator[list[str]]:
     """Yield a list that holds, in the end, what was printed on either stream by any code, and what was warned of."""
     heard: list[str] = []
     spoken = StringIO()
-    _flush()
+    flush_output()
     with ExitStack() as stack:
         files = {}
         for number in (1, 2):
@@ -416,7 +415,7 @@ def _listening() -> Iterator[list[str]]:
                 warnings.simplefilter("always")
                 yield heard
         finally:
-            _flush()
+            flush_output()
             for number, (_, kept) in files.items():
                 os.dup2(kept, number)
                 os.close(kept)
@@ -426,14 +425,6 @@ def _listening() -> Iterator[list[str]]:
             printed.append(file.read().decode(errors="replace"))
     heard += [f"printed {text.strip()!r}" for text in printed if text.strip()]
     heard += [f"warned {str(warning.message)!r}" for warning in warned]
-
-
-def _flush() -> None:
-    for stream in (sys.stdout, sys.stderr):
-        if stream is not None and not stream.closed:
-            stream.flush()
-    with suppress(AttributeError, OSError, TypeError):
-        ctypes.CDLL(None).fflush(None)
 
 
 def _own_defaults(kit: _Kit) -> None:

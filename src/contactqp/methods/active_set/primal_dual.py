@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...algebra.power import largest_growth
+from ...algebra.power import generic_start, largest_growth
 from ...algebra.sparse import SparseStiffness
 from ...foundation.checks import Mask, Vector
 from ...foundation.loading import load_modules
@@ -115,33 +115,27 @@ class ActiveSet:
         monotone: bool = True,
         amg: Callable[[], Amg] | None = None,
     ) -> None:
-        self.matrix, self.q = matrix, q
+        self.matrix = matrix
         self._make_amg = amg or (lambda: Amg(matrix))
-        self._lower, self._upper = np.ascontiguousarray(lower), np.ascontiguousarray(upper)
-        self.omega = np.zeros(q.size)
         self._diagonal = matrix.diagonal()
         self._parts = parts_of(matrix)
         self.direct = q.size <= DIRECT_SIZE or SparseStiffness(matrix).without_fill or self._parts.in_lines
         self._monotone, self._widening = monotone, Widening(matrix)
         self._rows = rows_of(matrix)
+        self._part: Part | None = None
+        self.restart(q, lower, upper)
+        self._part_free = self._free
+
+    def restart(self, q: Vector, lower: Vector, upper: Vector) -> None:
+        """Go back to ω = 0 with other forces and other values of the bounds; the hierarchy is kept."""
+        self.q, self._lower, self._upper = q, np.ascontiguousarray(lower), np.ascontiguousarray(upper)
+        self.omega = np.zeros(q.size)
         self._free: Mask = np.isneginf(self._lower)
         self._at_upper: Mask = np.zeros(q.size, dtype=np.bool_)
         self._idle = self._creeping = 0
         self._exchanged = q.size
         self._guessed, self._plain_steps = False, 0
         self._seen: set[int] = set()
-        self._part: Part | None = None
-        self._part_free: Mask = self._free
-
-    def restart(self, q: Vector, lower: Vector, upper: Vector) -> None:
-        """Go back to ω = 0 with other forces and other values of the bounds; the hierarchy is kept."""
-        self.q, self._lower, self._upper = q, np.ascontiguousarray(lower), np.ascontiguousarray(upper)
-        self.omega = np.zeros(q.size)
-        self._free, self._at_upper = np.isneginf(self._lower), np.zeros(q.size, dtype=np.bool_)
-        self._idle = self._creeping = 0
-        self._exchanged = q.size
-        self._guessed, self._plain_steps = False, 0
-        self._seen.clear()
         self._widening.restart()
 
     def start(self, report: Callable[[str], None] = lambda text: None) -> None:
@@ -318,7 +312,7 @@ class ActiveSet:
         rows = np.repeat(np.arange(root.size), np.diff(self.matrix.indptr))
         moduli = np.abs(self.matrix.data) * root[rows] * root[self.matrix.indices]
         most = float(np.bincount(rows, weights=moduli).max())
-        start = np.cos(np.arange(root.size) ** 2.0)
+        start = generic_start(root.size)
         estimate = largest_growth(lambda x: root * self._parts.product(root * x), start, _POWER_STEPS)
         return 2 * _JACOBI_DAMPING / max(2.0, min(most, 1.3 * estimate))
 

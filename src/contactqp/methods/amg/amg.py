@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...algebra.power import largest_growth
+from ...algebra.power import generic_start, largest_growth
 from ...foundation.checks import Mask, Vector
 from ...foundation.loading import load_modules
 from ..factors import DIRECT_SIZE, Solve, factorised
@@ -257,7 +257,7 @@ def _prolongation(level: Level) -> tuple[Transfer, Vector] | None:
 
 def _spectral_radius(matrix: csr_array) -> float:
     """Return the spectral radius of D⁻¹A, from some steps of the power method, which come close enough from below."""
-    start = np.cos(np.arange(matrix.shape[0]) ** 2.0)
+    start = generic_start(matrix.shape[0])
     return 1.1 * largest_growth(lambda x: np.asarray(matrix @ x), start, _POWER_STEPS)
 
 
