@@ -351,6 +351,34 @@ def test_a_loose_answer_is_finished_first():
     np.testing.assert_allclose(sensitivity.forward(load=1.0).gap, fine.forward(load=1.0).gap, atol=1e-9)
 
 
+def test_a_right_contact_set_takes_no_active_sets(monkeypatch):
+    """What is left of the answer's error is taken away by the linear solve that derivatives need anyway."""
+    from contactqp.solving import sensitivity as module
+
+    solution = cq.solve(membrane(), "psor", tol=1e-5)
+    exact = exactly(membrane())
+    assert solution.relative_bound > 1e-8
+    assert (solution.contact == exact.contact).all()
+    monkeypatch.setattr(module, "get_backend", lambda name: pytest.fail("active sets were called"))
+    settled: Any = solution.sensitivity().solution
+    assert settled.relative_bound < 1e-12
+    assert settled.note.endswith("the equations of its free nodes solved")
+    np.testing.assert_allclose(settled.gap, exact.gap, atol=1e-13)
+
+
+def test_arms_that_defeat_multigrid_have_right_derivatives():
+    """The nodes are too many for factors, and the arms jump, so that a hierarchy of lattices does not converge."""
+    lattice = cq.Frame.rectangle(1, 1).lattice(1 / 71)
+    tension = np.exp(2 * np.random.default_rng(0).normal(size=lattice.size))
+    given = {"support": 0.02, "load": 1.0}
+    solution = cq.solve(cq.Membrane(lattice, tension, **given), "active-set", tol=1e-9, on_failure="ignore")
+    sensitivity = solution.sensitivity()
+    found, problem, area = sensitivity.forward(load=1.0), solution.problem, lattice.spacing**2
+    free = ~solution.contact
+    left = (problem.stiffness.matvec(found.gap) + area)[free]
+    assert np.abs(left).max() < 1e-9 * area
+
+
 @pytest.mark.slow
 def test_large_lattices_are_differentiated_by_multigrid():
     solution = cq.solve(cq.gallery.bowl(127), tol=1e-9)

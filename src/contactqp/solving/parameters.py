@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -215,7 +216,7 @@ class OfModel(Parameters):
         unsupported = self._by_reference(by)[~self._model.supported].sum()
         return self._sign * float(by.reaction @ self._pull_of_frame + unsupported)
 
-    @property
+    @cached_property
     def _pull_of_frame(self) -> Vector:
         """B1: the forces on the nodes when the frame moves down by one."""
         return self._problem.stiffness.matvec(np.ones(self.size)) - self._foundation

@@ -34,19 +34,16 @@ from ..foundation.cards import card
 from ..foundation.checks import Mask, Vector, finite_number, one_of, vector
 from ..foundation.outside import stacklevel_outside
 from ..foundation.text import counted
-from ..methods.linear import solver
 from ..proof.status import Status
 from .parameters import Change, OfModel, OfProblem, Parameters
 from .request import Request
 
 if TYPE_CHECKING:
     from ..backends.base import Backend
+    from ..methods.free_system import FreeSystem
     from ..models.base import ContactModel
     from ..problem.contact_problem import ContactProblem
     from ..proof.certificate import Certificate
-
-_PRECISE = 1e-12
-"""Largest force out of balance of a linear solve, relative to the largest force."""
 
 _PRECISE_DERIVATIVE = 1e-9
 """Wanted bound of a derivative that is one-sided, relative to its own scale."""
@@ -93,6 +90,7 @@ class Solved(Protocol):
         *,
         warm_start: Vector | None = None,
     ) -> Self: ...
+    def with_gap(self, gap: Vector, request: Request, note: str) -> Self: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +171,7 @@ class Sensitivity:
         self._open: Mask = self._open_below | self._open_above
         self._shut: Mask = problem.upper - problem.lower <= close
         self.biactive: NDArray[np.intp] = np.flatnonzero(self._open)
+        self._known: FreeSystem | None = None
 
     def _thresholds(self, tolerance: float) -> tuple[Vector | float, Vector | float]:
         """Return the distance (length) and the reaction (force) up to which a node touches a bound without a force."""
@@ -277,8 +276,7 @@ class Sensitivity:
         # Reactions of free nodes vanish, whatever changes.
         by_reaction = np.where(held, by_reaction, 0.0)
         weight = by_gap - by_reference + stiffness.matvec(by_reaction)
-        adjoint = np.zeros(size)
-        adjoint[~held] = self._solve(weight, ~held, transposed=True)
+        adjoint = self._equations(held).solve(weight, transposed=True)
         by_bound = weight - stiffness.matvec(adjoint)
         return self._parameters.gradient(
             Change(
@@ -305,8 +303,7 @@ class Sensitivity:
         """Return the derivative of the gap by one linear solve."""
         gap = np.where(self._at_upper, change.upper, np.where(self._at_lower, change.lower, 0.0))
         force = change.reaction + self._problem.stiffness.matvec(gap)
-        gap[~self._held] = -self._solve(force, ~self._held)
-        return gap
+        return gap - self._equations(self._held).solve(force)
 
     def _moved(self, change: Change) -> tuple[Vector, Mask]:
         """Return the derivative of the gap by its own contact problem, and which nodes are held in that.
@@ -340,16 +337,11 @@ class Sensitivity:
                 "moves them through each other"
             )
 
-    def _solve(self, force: Vector, free: Mask, *, transposed: bool = False) -> Vector:
-        """Return the solution of the free nodes' equations, shape (free.sum(),)."""
-        force = force[free]
-        if not force.any():
-            return np.zeros_like(force)
-        restricted = self._problem.stiffness.restricted(free)
-        found = solver(restricted.transposed if transposed else restricted, _PRECISE)
-        if found is None:
-            raise ValueError("the matrix of the free nodes is singular in double precision")
-        return found[0](force)
+    def _equations(self, held: Mask) -> FreeSystem:
+        """Return the equations of the nodes that are not held, whose factors or hierarchy are kept."""
+        if self._known is None or not np.array_equal(self._known.free, ~held):
+            self._known = self._problem.facts.free_system(~held)
+        return self._known
 
     def _name(self, node: int) -> str:
         model = self.solution.model
@@ -376,6 +368,29 @@ def _exact(solution: Solved) -> Solved:
     if good or not solution.finite:
         return solution
     request = Request.of(min(solution.tol, _SURE), None, None, {})
+    settled = _settled(solution, request)
+    if settled is not None:
+        return settled
     start = solution.problem.project(solution.gap)
     finished = solution.by(get_backend("active-set"), solution.subject, request, warm_start=start)
     return finished if finished.certificate is not None else solution
+
+
+def _settled(solution: Solved, request: Request) -> Solved | None:
+    """Return the solution of the free nodes' equations, the nodes of the answer's own contact set held.
+
+    None where that has another contact set, or is not proven to be precise. It is what active sets would end with, and
+    its factors or hierarchy are those of the derivatives.
+    """
+    problem, diagonal = solution.problem, solution.problem.stiffness.diagonal()
+    at_lower, at_upper = problem.bounds.contact(solution.gap, problem.reaction(solution.gap) / diagonal)
+    gap = np.where(at_lower, problem.lower, np.where(at_upper, problem.upper, solution.gap))
+    try:
+        gap -= problem.facts.free_system(~(at_lower | at_upper)).solve(problem.reaction(gap))
+    except ValueError:
+        return None
+    same = problem.bounds.contact(gap, problem.reaction(gap) / diagonal)
+    if not all(map(np.array_equal, same, (at_lower, at_upper))):
+        return None
+    found = solution.with_gap(problem.project(gap), request, "the equations of its free nodes solved")
+    return found if found.relative_bound <= _SURE else None
