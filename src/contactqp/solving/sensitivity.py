@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from ..models.base import ContactModel
     from ..problem.contact_problem import ContactProblem
     from ..proof.certificate import Certificate
+    from ..proof.judge import Verdict
 
 _PRECISE_DERIVATIVE = 1e-9
 """Wanted bound of a derivative that is one-sided, relative to its own scale."""
@@ -79,6 +80,8 @@ class Solved(Protocol):
     def iterations(self) -> int: ...  # noqa: D102
     @property
     def relative_bound(self) -> float: ...  # noqa: D102
+    @property
+    def verdict(self) -> Verdict: ...  # noqa: D102
     @property
     def certificate(self) -> Certificate | None: ...  # noqa: D102
 
@@ -154,7 +157,7 @@ class Sensitivity:
         if not 0 <= finite_number(tolerance, "tolerance") < 1:
             raise ValueError(f"tolerance must be in [0, 1), got {tolerance:g}")
         self.solution = _exact(solution)
-        certificate = self.solution.certificate
+        certificate = _decided(self.solution) or self.solution.certificate
         if certificate is None:
             raise ValueError(
                 f"a sensitivity needs a contact set that is known, but nothing is proven of {self.solution!r}; "
@@ -363,9 +366,7 @@ class Sensitivity:
 
 def _exact(solution: Solved) -> Solved:
     """Return an answer whose contact set is proven where that can be, and whose error is next to nothing."""
-    certificate = solution.certificate
-    good = certificate is not None and not certificate.undecided.any() and solution.relative_bound <= _SURE
-    if good or not solution.finite:
+    if not solution.finite or (_decided(solution) is not None and _precise(solution)):
         return solution
     request = Request.of(min(solution.tol, _SURE), None, None, {})
     settled = _settled(solution, request)
@@ -374,6 +375,16 @@ def _exact(solution: Solved) -> Solved:
     start = solution.problem.project(solution.gap)
     finished = solution.by(get_backend("active-set"), solution.subject, request, warm_start=start)
     return finished if finished.certificate is not None else solution
+
+
+def _decided(solution: Solved) -> Certificate | None:
+    """Return the judge's own certificate where it decides all nodes, so that no sharper one is asked for."""
+    certificate = solution.verdict.certificate
+    return None if certificate is None or certificate.undecided.any() else certificate
+
+
+def _precise(solution: Solved) -> bool:
+    return solution.verdict.relative_bound <= _SURE or solution.relative_bound <= _SURE
 
 
 def _settled(solution: Solved, request: Request) -> Solved | None:
@@ -393,4 +404,4 @@ def _settled(solution: Solved, request: Request) -> Solved | None:
     if not all(map(np.array_equal, same, (at_lower, at_upper))):
         return None
     found = solution.with_gap(problem.project(gap), request, "the equations of its free nodes solved")
-    return found if found.relative_bound <= _SURE else None
+    return found if _precise(found) else None
