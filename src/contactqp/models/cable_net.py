@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from ..foundation.units import checked_units, plain
 from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
 from ..profiles.analytic import Profile
+from .arm_tension import ArmTension
 from .base import ContactModel, Coordinate, elevations_of
 from .cable_net_arguments import (
     Numbers,
@@ -405,6 +407,20 @@ class CableNet(ContactModel):
         force = self.force_density * self._rises(depths)
         pulled = self._sum_at_nodes(np.column_stack([force, -force]).ravel())
         return pulled if self.foundation is None else pulled + self.foundation * depths
+
+    @property
+    def arm_tensions(self) -> Mapping[str, ArmTension]:
+        """By ``tension``, shape (segments,)."""
+
+        def pull(depths: Vector, tensions: Vector) -> Vector:
+            force = tensions / self.length * self._rises(depths)
+            return self._sum_at_nodes(np.column_stack([force, -force]).ravel())
+
+        def share(depths: Vector, weights: Vector) -> Vector:
+            first, second = self._everywhere(weights, np.zeros(self.fixed.size))[self.segments].T
+            return np.asarray(self._rises(depths) / self.length * (first - second))
+
+        return {"tension": ArmTension((len(self.segments),), pull, share)}
 
     def _rises(self, heights: Vector) -> Vector:
         """Return for each segment the ordinate of its first end less that of its second one."""

@@ -82,11 +82,12 @@ class Layer:
         """
         shape = np.shape(load)
         rows = [np.broadcast_to(weight, shape).reshape(-1, shape[-1]) for weight in weights]
+        by = "load", "support"
         found = [
-            Sensitivity(solution).adjoint(gap=gap, deflection=deflection, reaction=reaction, biactive="held")
+            Sensitivity(solution).adjoint(gap=gap, deflection=deflection, reaction=reaction, by=by, biactive="held")
             for solution, gap, deflection, reaction in zip(self._solutions(load, support), *rows, strict=True)
         ]
-        by_load, by_support = ([each[name] for each in found] for name in ("load", "support"))
+        by_load, by_support = ([each[name] for each in found] for name in by)
         return np.reshape(by_load, shape), np.reshape(by_support, shape)
 
     def _solutions(self, load: Batch, support: Batch) -> list[Solution]:

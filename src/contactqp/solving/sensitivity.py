@@ -21,6 +21,7 @@ distance from the bound, or its reaction, is not small against the problem's sca
 from __future__ import annotations
 
 import warnings
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Protocol, Self
@@ -129,8 +130,9 @@ class Sensitivity:
 
     Made by `Solution.sensitivity`. Parameters of a model: ``load``, ``support``, ``ceiling`` and ``foundation`` (if it
     has them), each with a value for each node, in the units and the sense in which the model takes them; ``tension``,
-    where it is one number; ``frame_height``, by which the whole frame is moved. Of a bare problem: ``q``, ``lower``,
-    ``upper``.
+    where it is one number, and ``arms_x`` and ``arms_y``, the tension of each arm along x and along y, see
+    `contactqp.Membrane.arm_tensions` (of a cable net ``tension``, that of each segment); ``frame_height``, by which the
+    whole frame is moved. Of a bare problem: ``q``, ``lower``, ``upper``.
 
     Attributes
     ----------
@@ -150,7 +152,7 @@ class Sensitivity:
     6.5
     >>> gradient = sensitivity.adjoint(reaction=1.0)  # of the total reaction, by everything
     >>> sorted(gradient), round(gradient["tension"], 6)
-    (['frame_height', 'load', 'support', 'tension'], -1.714286)
+    (['arms_x', 'frame_height', 'load', 'support', 'tension'], -1.714286)
     """
 
     def __init__(self, solution: Solved, tolerance: float = _TOUCHING) -> None:
@@ -231,9 +233,10 @@ class Sensitivity:
         gap: ArrayLike = 0.0,
         deflection: ArrayLike = 0.0,
         reaction: ArrayLike = 0.0,
+        by: Collection[str] | None = None,
         biactive: Literal["refuse", "held"] = "refuse",
     ) -> dict[str, Any]:
-        """Return the derivatives of a number by all parameters: J = Σ weight times gap, deflection and reaction.
+        """Return the derivatives of a number by the parameters: J = Σ weight times gap, deflection and reaction.
 
         A total reaction is ``reaction=1.0``; the deflection of a node is ``deflection=`` with a one there. The weights
         of a nonlinear J are its own derivatives by gap, deflection and reaction.
@@ -242,6 +245,8 @@ class Sensitivity:
         ----------
         gap, deflection, reaction : float or array, shape (n,)
             Weights. A bare problem has no deflection.
+        by : collection of str, optional
+            Names of the parameters; by default all of them.
         biactive : {"refuse", "held"}
             What becomes of biactive nodes: an error, as there is no gradient, or they count as held, which is one of
             the one-sided derivatives, for methods that need no more.
@@ -249,7 +254,7 @@ class Sensitivity:
         Returns
         -------
         dict
-            Array of shape (n,), or a number, by the name of the parameter.
+            Array of the parameter's shape, or a number, by the name of the parameter.
 
         Raises
         ------
@@ -257,8 +262,11 @@ class Sensitivity:
             If nodes are biactive and to be refused: there is no gradient then, and only `forward` tells the one-sided
             derivatives.
         TypeError
-            If a weight has the wrong kind.
+            If a weight has the wrong kind, or a parameter is unknown.
         """
+        names = self.parameters if by is None else [by] if isinstance(by, str) else by
+        for name in names:
+            self._parameters.named(name)
         if one_of(biactive, ("refuse", "held"), "biactive") == "refuse" and self.biactive.size:
             count, first = counted(self.biactive.size, "node"), self._name(int(self.biactive[0]))
             raise ValueError(
@@ -287,7 +295,8 @@ class Sensitivity:
                 lower=np.where(at_lower, by_bound, 0.0),
                 upper=np.where(at_upper, by_bound, 0.0),
                 reference=by_reference,
-            )
+            ),
+            names,
         )
 
     @cached_property
