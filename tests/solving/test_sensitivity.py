@@ -76,11 +76,12 @@ def values(model, name):
 
 
 ARMS = ("arms_x", "arms_y")
+POINTS = ("frame_heights", "fixed_height")
 CASES = [
     (kind, name)
     for kind, make in MODELS.items()
     for name in exactly(make()).sensitivity().parameters
-    if name not in ARMS  # no argument that models are made from
+    if name not in ARMS + POINTS  # no arguments that these are made from
 ]
 
 
@@ -173,6 +174,32 @@ def test_one_tension_is_that_of_all_arms():
         sensitivity.forward(arms_x=np.ones(3))
     with pytest.raises(TypeError, match="no parameter 'arms'; give load"):
         sensitivity.adjoint(gap=1.0, by="arms")
+
+
+@pytest.mark.parametrize("kind", ["membrane", "upwards", "between", "pit", "cable", "net"])
+def test_derivatives_by_the_height_of_each_point_of_the_frame(kind):
+    """Where there is no support the gap counts from the frame's mean height, which the points move as well."""
+
+    def tilted(x, y=0.0):
+        return 0.5 + 0.3 * x - 0.2 * y
+
+    def with_step(step):
+        return MODELS[kind](frame_height=lambda x, y=0.0: step * tilted(x, y))
+
+    model, name = with_step(0.0), "fixed_height" if kind == "net" else "frame_heights"
+    after, before = (exactly(with_step(sign * 1e-6)) for sign in (1, -1))
+    direction = getattr(after.model, name) / 1e-6
+    assert (after.contact == before.contact).all()
+    sensitivity = exactly(model).sensitivity()
+    found = sensitivity.forward(**{name: direction})
+    for quantity in ("gap", "deflection", "reaction"):
+        difference = (getattr(after, quantity) - getattr(before, quantity)) / 2e-6
+        told = getattr(found, quantity)
+        np.testing.assert_allclose(told, difference, rtol=1e-6, atol=1e-6 * np.abs(told).max() + 1e-9)
+    gradient = sensitivity.adjoint(gap=model.node_x, reaction=1.0)
+    told = float(model.node_x @ found.gap) + found.total_reaction
+    assert float((gradient[name] * direction).sum()) == pytest.approx(told, rel=1e-9, abs=1e-9)
+    assert gradient[name].sum() == pytest.approx(gradient["frame_height"], rel=1e-9, abs=1e-9)
 
 
 def test_directions_add_up():

@@ -19,7 +19,6 @@ from ..foundation.units import checked_units, plain
 from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample, sample_points
 from ..geometry.lattice import Lattice
 from ..profiles.analytic import Profile
-from .arm_tension import ArmTension
 from .base import ContactModel, Coordinate, elevations_of
 from .cable_net_arguments import (
     Numbers,
@@ -31,6 +30,7 @@ from .cable_net_arguments import (
     refuse_overflow,
 )
 from .reach import reach_on_lattice
+from .sensitive import ArmTension, FrameHeights, Values
 from .suspicions import Joints
 
 if TYPE_CHECKING:
@@ -421,6 +421,26 @@ class CableNet(ContactModel):
             return np.asarray(self._rises(depths) / self.length * (first - second))
 
         return {"tension": ArmTension((len(self.segments),), pull, share)}
+
+    @property
+    def heights_of_frame(self) -> FrameHeights:
+        """By ``fixed_height``, shape (fixed points,)."""
+        holds = np.isin(self.fixed, self.segments[self._holding].ravel())
+        one, other = self.segments.T
+
+        def force(depths: Values) -> Vector:
+            everywhere = self._everywhere(np.zeros(self.size), depths)
+            pulled = self.force_density * (everywhere[one] - everywhere[other])
+            return -self._sum_at_nodes(np.column_stack([pulled, -pulled]).ravel())
+
+        def share(weights: Vector) -> Values:
+            everywhere = self._everywhere(weights, np.zeros(self.fixed.size))
+            found = np.zeros(len(self.positions))
+            np.add.at(found, one, self.force_density * everywhere[other])
+            np.add.at(found, other, self.force_density * everywhere[one])
+            return found[self.fixed]
+
+        return FrameHeights("fixed_height", holds / holds.sum(), force, share)
 
     def _rises(self, heights: Vector) -> Vector:
         """Return for each segment the ordinate of its first end less that of its second one."""

@@ -15,9 +15,9 @@ from ..geometry.fields import Rows, checked_rows, frame_heights, in_rows, sample
 from ..geometry.lattice import Lattice, patches_on_grid
 from ..geometry.numbering import Grid
 from ..geometry.on_arms import ArmField
-from .arm_tension import ArmTension
 from .base import ContactModel, Coordinate
 from .reach import reach_on_lattice
+from .sensitive import ArmTension, FrameHeights
 from .suspicions import Joints
 from .tension import Tension
 
@@ -182,6 +182,28 @@ class LatticeModel(ContactModel):
             return factor * rises(self._padded(depths)) * rises(numbering.to_grid(weights, ring=1))
 
         return ArmTension((rows, columns + 1) if axis == 1 else (rows + 1, columns), pull, share)
+
+    @property
+    def heights_of_frame(self) -> FrameHeights:
+        """By ``frame_heights``, shape (rows + 2, columns + 2): on the lattice's array with a ring about it."""
+        stencil, rows, columns = self.stencil, *self.lattice.shape
+        frame = stencil.frame_points()
+        along_x = np.broadcast_to(stencil.horizontal, (rows, columns + 1))
+        along_y = np.broadcast_to(stencil.vertical, (rows + 1, columns))
+
+        def force(depths: Grid) -> Vector:
+            return -stencil.pull(np.where(frame, depths, 0.0))
+
+        def share(weights: Vector) -> Grid:
+            grid = stencil.numbering.to_grid(weights, ring=1)
+            found = np.zeros(frame.shape)
+            found[1:-1, 1:] += along_x * grid[1:-1, :-1]
+            found[1:-1, :-1] += along_x * grid[1:-1, 1:]
+            found[1:, 1:-1] += along_y * grid[:-1, 1:-1]
+            found[:-1, 1:-1] += along_y * grid[1:, 1:-1]
+            return np.where(frame, found, 0.0)
+
+        return FrameHeights("frame_heights", frame / frame.sum(), force, share)
 
     @property
     def frame_heights(self) -> Grid | None:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ..foundation.checks import Vector, finite_number, vector
-from ..models.arm_tension import Arms, ArmTension
 from ..models.base import ContactModel
+from ..models.sensitive import ArmTension, FrameHeights, Values, one_each
 from ..problem.contact_problem import ContactProblem
 
 
@@ -156,6 +156,9 @@ class OfModel(Parameters):
             )
         for name, tension in model.arm_tensions.items():
             self.known[name] = Parameter(partial(self._of_arms, name, tension), partial(self._by_arms, tension))
+        frame = model.heights_of_frame
+        if frame is not None:
+            self.known[frame.name] = Parameter(partial(self._of_points, frame), partial(self._by_points, frame))
         if isinstance(getattr(model, "tension", None), float):
             self.known["tension"] = Parameter(
                 self._of_tension, lambda by: -float(by.reaction @ self._pull_of_arms) / self._tension
@@ -219,11 +222,23 @@ class OfModel(Parameters):
 
     def _of_frame(self, direction: Any) -> Change:
         rise = self._sign * finite_number(direction, "frame_height")
+        return self._frame_moved(rise * self._pull_of_frame, rise)
+
+    def _frame_moved(self, force: Vector, mean: float) -> Change:
+        """Return the change by forces of a frame that moves, from whose mean height gaps without a support count."""
         change = Change.none(self.size)
-        change.reference = np.where(self._model.supported, 0.0, rise)
-        change.reaction = rise * self._pull_of_frame - self._problem.stiffness.matvec(change.reference)
+        change.reference = np.where(self._model.supported, 0.0, mean)
+        change.reaction = force - self._problem.stiffness.matvec(change.reference)
         change.upper = self._under_ceiling * change.reference
         return change
+
+    def _of_points(self, frame: FrameHeights, direction: Any) -> Change:
+        depths = self._sign * one_each(direction, frame.weights.shape, frame.name)
+        return self._frame_moved(frame.force(depths), float((frame.weights * depths).sum()))
+
+    def _by_points(self, frame: FrameHeights, by: Change) -> Values:
+        unsupported = float(self._by_reference(by)[~self._model.supported].sum())
+        return self._sign * (frame.share(by.reaction) + unsupported * frame.weights)
 
     def _by_frame(self, by: Change) -> float:
         unsupported = self._by_reference(by)[~self._model.supported].sum()
@@ -236,10 +251,10 @@ class OfModel(Parameters):
 
     def _of_arms(self, name: str, tension: ArmTension, direction: Any) -> Change:
         change = Change.none(self.size)
-        change.reaction = -tension.pull(self._deflection, tension.tensions(direction, name))
+        change.reaction = -tension.pull(self._deflection, one_each(direction, tension.shape, name))
         return change
 
-    def _by_arms(self, tension: ArmTension, by: Change) -> Arms:
+    def _by_arms(self, tension: ArmTension, by: Change) -> Values:
         return -tension.share(self._deflection, by.reaction)
 
     def _of_tension(self, direction: Any) -> Change:

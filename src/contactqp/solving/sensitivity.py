@@ -132,7 +132,8 @@ class Sensitivity:
     has them), each with a value for each node, in the units and the sense in which the model takes them; ``tension``,
     where it is one number, and ``arms_x`` and ``arms_y``, the tension of each arm along x and along y, see
     `contactqp.Membrane.arm_tensions` (of a cable net ``tension``, that of each segment); ``frame_height``, by which the
-    whole frame is moved. Of a bare problem: ``q``, ``lower``, ``upper``.
+    whole frame is moved, and ``frame_heights``, that of each of its points, see `contactqp.Membrane.heights_of_frame`
+    (of a cable net ``fixed_height``). Of a bare problem: ``q``, ``lower``, ``upper``.
 
     Attributes
     ----------
@@ -151,8 +152,10 @@ class Sensitivity:
     >>> round(sensitivity.forward(load=1.0).total_reaction, 6)
     6.5
     >>> gradient = sensitivity.adjoint(reaction=1.0)  # of the total reaction, by everything
-    >>> sorted(gradient), round(gradient["tension"], 6)
-    (['arms_x', 'frame_height', 'load', 'support', 'tension'], -1.714286)
+    >>> sorted(gradient)
+    ['arms_x', 'frame_height', 'frame_heights', 'load', 'support', 'tension']
+    >>> round(gradient["tension"], 6), gradient["frame_heights"][1, [0, -1]].round(6)
+    (-1.714286, array([0.571429, 0.571429]))
     """
 
     def __init__(self, solution: Solved, tolerance: float = _TOUCHING) -> None:
