@@ -75,7 +75,7 @@ def main(rows: int, alpha: float, steps: int) -> None:
     answers = [session.solve(load=pressure, support=form) for pressure in PRESSURES]
     left = [answer.deflection - depths for answer, depths in zip(answers, measured, strict=True)]
     error = 1e3 * (form - np.array(hidden.support))[touched]
-    print(f"{rows}² = {lattice.size} unknown heights: {result.nit} steps, {len(seconds)} evaluations in {whole:.0f} s, ", end="")
+    print(f"{rows}² = {lattice.size} unknown heights: {result.nit} steps, {len(seconds)} evaluations in {whole:.0f} s,")
     print(f"{processor:.0f} s of processor time; load of the machine {os.getloadavg()[0]:.1f}")
     print(f"an evaluation: {np.median(seconds):.2f} s (median), {processor / len(seconds):.2f} s of processor time")
     print(f"misfit {np.sqrt(np.mean(np.square(left))) / NOISE:.3f} of the noise, ", end="")
