@@ -123,7 +123,7 @@ def _lattice_start(problem: ContactProblem, task: Task) -> Vector | None:
     load_modules("contactqp.methods.multigrid.nested", kernels="multigrid")
     from ..methods.multigrid.arms import arms_of
     from ..methods.multigrid.contact import NO_LIMITS
-    from ..methods.multigrid.hierarchy import load_kernels
+    from ..methods.multigrid.weighted_hierarchy import load_kernels
     from ..methods.multigrid.nested import nearly_solved
 
     lattice = arms_of(stencil, layout)

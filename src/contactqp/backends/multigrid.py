@@ -72,7 +72,7 @@ class _Prepared(State):
         assert stencil is not None
         load_modules("contactqp.methods.multigrid.nested", kernels="multigrid")
         from ..methods.multigrid.arms import arms_of
-        from ..methods.multigrid.hierarchy import load_kernels
+        from ..methods.multigrid.weighted_hierarchy import load_kernels
 
         self._arms = arms_of(stencil, problem.layout)
         load_kernels(self._arms)
