@@ -280,7 +280,9 @@ def test_corrections_are_projected_and_the_line_search_knows_the_energy(case):
         omega, corrected, coarse, *first.factors, first.exchange_weights, *problem.bound_grids(), layout.runs,
         layout.row_start, 1, lattice.rows + 1,
     )  # fmt: skip
-    step = (interpolation(hierarchy.levels[0], lattice.rows, lattice.columns) @ coarse[1:-1, 1:-1].ravel()).reshape(layout.mask.shape)
+    step = (interpolation(hierarchy.levels[0], lattice.rows, lattice.columns) @ coarse[1:-1, 1:-1].ravel()).reshape(
+        layout.mask.shape
+    )
     free = (gap > problem.lower) & (gap < problem.upper)
     wanted = gap + np.where(free, step[layout.mask], 0.0)
     expected = problem.project(wanted)

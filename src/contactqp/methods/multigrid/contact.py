@@ -3,7 +3,8 @@
 Gräser and Kornhuber, *Multigrid methods for obstacle problems*, J. Comput. Math. 27 (2009): projected
 Gauss-Seidel finds the contact nodes; one linear multigrid cycle for the other nodes, which are unconstrained for the
 moment, takes away the smooth error; the correction is projected, and shortened by a line search where it
-could raise the energy. Every step lowers the energy, and the sweeps alone would converge, so the method does.
+could raise the energy. Every step lowers the energy, and the sweeps alone would converge, so the method does; where
+arms differ, some of the steps are excepted (see `_BOLD_STEPS`), and each ends in the plane of the last two steps.
 """
 
 from __future__ import annotations
@@ -30,6 +31,15 @@ _LEAST_STRIP = 2 * _AT_ONCE
 
 _DEPENDENT = 1e-10
 """Two directions are taken for one where the square of the sine between them is smaller."""
+
+_BOLD = 0.1
+_BOLD_STEPS = 10
+"""Steps that may be taken in full though the line search would leave less than a tenth of them.
+
+A stiff part moves as a whole. Where it is too high, and its lowest nodes are at their bounds already or next to them, a
+line search lets it move by nothing; a full step, projected, holds a good part of it, and the forces that are needed for
+that let go of most nodes at once, as in primal-dual active sets. After so many steps energy counts again.
+"""
 
 _STALLING = 0.5
 """Contraction above which a cycle of a lattice at rest counts as stalling: it is 0.05 to 0.15 as a rule."""
@@ -85,6 +95,7 @@ class ContactMultigrid:
         self._sweeps = _SWEEPS
         self._careful = lattice.varying
         self._past: list[Grid] = []
+        self._bold_steps = _BOLD_STEPS if lattice.varying else 0
 
     def restart(self, q: Grid, limits: Limits, team: Team) -> None:
         """Go on with other forces and other values of the bounds, by the hierarchy of the last free nodes."""
@@ -94,6 +105,7 @@ class ContactMultigrid:
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
         self._sweeps, self._careful = _SWEEPS, self.lattice.varying
         self._past = []
+        self._bold_steps = _BOLD_STEPS if self.lattice.varying else 0
 
     def start(self, height: Grid, coarse_deflection: Grid) -> None:
         """Start from ``height`` less the interpolated deflection of the next coarser lattice."""
@@ -133,6 +145,10 @@ class ContactMultigrid:
         """Return the force out of balance that rounding errors alone may leave."""
         largest = max(abs(float(self.omega.max())), abs(float(self.omega.min())))
         return 4 * float(np.finfo(np.float64).eps) * largest * self.lattice.stiffest
+
+    def last_step(self) -> float:
+        """Return by how much the gap has changed at most since the cycle before; infinite where that is not known."""
+        return float(np.abs(self.omega - self._past[-1]).max()) if self._past else np.inf
 
     def restrict_load(self) -> NDArray[Any]:
         """Return q + Gω, summed with the weights of bilinear interpolation, at the next coarser lattice's nodes."""
@@ -203,6 +219,10 @@ class ContactMultigrid:
         if slope + curvature <= 0 or curvature <= 0:
             return 1.0
         damping = max(0.0, -slope / curvature)
+        if damping < _BOLD and self._bold_steps > 0:
+            self._bold_steps -= 1
+            self._past = []
+            return 1.0
         self._next -= self.omega
         self._next *= damping
         self._next += self.omega

@@ -1,9 +1,9 @@
-"""Compiled Galerkin products for equal arms: the coarse operators Pᵀ A P of an operator A that is truncated at the contact nodes.
+"""Compiled Galerkin products for equal arms: Pᵀ A P of an operator A that is truncated at the contact nodes.
 
-P is bilinear interpolation by a factor 2 or 1 in each direction. A coarse entry depends on the finer operator within a
-window of as many points as the factor to each side. Where the finer operator is the same everywhere in the window, the
-entry is a constant that is known beforehand; only the surroundings of the frame and of the free boundary
-are computed.
+P is bilinear interpolation by a factor 2 or 1 in each direction, and these are the coarse operators. A coarse entry
+depends on the finer operator within a window of as many points as the factor to each side. Where the finer operator is
+the same everywhere in the window, the entry is a constant that is known beforehand; only the surroundings of the frame
+and of the free boundary are computed.
 
 ``kind`` is 0 where the operator's row is zero (a contact node, a frame point, a coarse point without a basis function),
 1 where it is the constant one, and 2 elsewhere; stencils are those of `level_kernels`.

@@ -432,9 +432,7 @@ def lattice_kernels(varying: bool) -> LatticeKernels:
     return LatticeKernels(
         sweep=_compiled(_sweep, f"void({_bounded(varying)}, int64, int64, int64, int64)"),
         energy_slope=_compiled(_energy_slope, f"UniTuple(float64, 2)({GRID}, {problem}, int64, int64)"),
-        directions=_compiled(
-            _directions, f"void({GRID}, {GRID}, {GRID}, {GRID}, {GRID}, {_PLACE}, int64, int64)"
-        ),
+        directions=_compiled(_directions, f"void({GRID}, {GRID}, {GRID}, {GRID}, {GRID}, {_PLACE}, int64, int64)"),
         plane=_compiled(_plane, f"UniTuple(float64, 5)({GRID}, {GRID}, {problem}, int64, int64)"),
         advance=_compiled(
             _advance,

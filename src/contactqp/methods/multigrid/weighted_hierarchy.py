@@ -74,9 +74,7 @@ class WeightedHierarchy(Hierarchy):
 
     def _coarsen_level(self, finer: Level, level: Level) -> None:
         coarse = level.weights, level.stencil, level.changed
-        self.team.run(
-            self._kernels.coarsen_level, level.strips, finer.stencil, finer.changed, *coarse, *level.factors
-        )
+        self.team.run(self._kernels.coarsen_level, level.strips, finer.stencil, finer.changed, *coarse, *level.factors)
         self._set_factors(level)
 
     def _set_factors(self, level: Level) -> None:
@@ -91,7 +89,7 @@ class WeightedHierarchy(Hierarchy):
         """
         level = self.levels[depth]
         if depth == len(self.levels) - 1:
-            self._kernels.solve_coarsest(self._factor, level.residual, level.correction)
+            self._solve_coarsest(level)
             return
         run, coarse = self.team.run, self.levels[depth + 1]
         smoothing = level_kernels("float64", "float64")
@@ -101,6 +99,9 @@ class WeightedHierarchy(Hierarchy):
         self._interpolate(level, coarse)
         run(smoothing.smooth, level.strips, level.stencil, level.residual, level.correction, level.spare)
         level.correction, level.spare = level.spare, level.correction
+
+    def _solve_coarsest(self, level: Level) -> None:
+        self._kernels.solve_coarsest(self._factor, level.residual, level.correction)
 
     def _solve(self, depth: int) -> None:
         """Write the ``correction`` of a level by two steps of conjugate gradients; its ``residual`` is overwritten."""
@@ -125,9 +126,7 @@ class WeightedHierarchy(Hierarchy):
 
     def _restrict(self, level: Level, coarse: Level) -> None:
         state = level.stencil, level.residual, level.correction
-        self.team.run(
-            self._kernels.restrict, coarse.strips, *state, coarse.residual, *coarse.factors, coarse.weights
-        )
+        self.team.run(self._kernels.restrict, coarse.strips, *state, coarse.residual, *coarse.factors, coarse.weights)
 
     def _interpolate(self, level: Level, coarse: Level) -> None:
         given = level.correction, coarse.correction, *coarse.factors, coarse.weights

@@ -521,9 +521,7 @@ def weighted_kernels() -> WeightedKernels:
         restrict=_compiled(
             _restrict, f"{_STENCIL}, {_VECTOR}, {_VECTOR}, {_VECTOR}, {factors}, {WEIGHTS}, {rows}", fast=True
         ),
-        add_interpolated=_compiled(
-            _add_interpolated, f"{_VECTOR}, {_VECTOR}, {factors}, {WEIGHTS}, {rows}", fast=True
-        ),
+        add_interpolated=_compiled(_add_interpolated, f"{_VECTOR}, {_VECTOR}, {factors}, {WEIGHTS}, {rows}", fast=True),
         apply=_compiled(
             _apply, f"{_STENCIL}, {_VECTOR}, {_VECTOR}, {_VECTOR}, {rows}", "UniTuple(float64, 2)", fast=True
         ),
