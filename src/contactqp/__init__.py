@@ -11,7 +11,7 @@ A frame is covered by a lattice of nodes; load and support make it a model; a so
 
 Heights, deflections and loads are positive downwards.
 
-Models: `Membrane`, `Cable`, `CableNet`, and `ContactQP` for a matrix of your own,
+Models: `Membrane`, `Cable`, `CableNet`, `Beam`, and `ContactQP` for a matrix of your own,
 `ContactLCP` for one that is not symmetric. Solving: `solve`, `solve_many`,
 `Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load). Proofs:
 `certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts it.
@@ -40,6 +40,7 @@ from .errors import (
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
 from .io.read_fields import read_field, read_mask
+from .models.beam import Beam
 from .models.cable import Cable
 from .models.cable_net import CableNet
 from .models.membrane import Membrane
@@ -62,6 +63,7 @@ from .solving.solve import solve
 from .solving.solver import Solver
 
 __all__ = [
+    "Beam",
     "Cable",
     "CableNet",
     "CaseFileError",

@@ -1,5 +1,6 @@
 """Gallery: named problems with known answers, for tests, benchmarks and lectures."""
 
+from .beams import beam_on_floor
 from .cables import (
     cable_between_floor_and_ceiling,
     cable_of_varying_tension,
@@ -24,6 +25,7 @@ __all__ = [
     "PAPER_CORNERS",
     "PAPER_LOADS",
     "ball",
+    "beam_on_floor",
     "bowl",
     "cable_between_floor_and_ceiling",
     "cable_of_varying_tension",

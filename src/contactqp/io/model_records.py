@@ -69,7 +69,7 @@ def _on_lattice(model: LatticeModel, kind: str) -> Record:
         attributes["same_tension"] = int(model.tension_of_arms.same)
     if model.frame_heights is None:
         return Record(attributes, arms)
-    needed = model.stencil.frame_points()
+    needed = model.frame_points()
     x, y = lattice.ring_coordinates(*np.nonzero(needed))
     place = ("frame_point",)
     variables = {

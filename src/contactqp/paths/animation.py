@@ -136,7 +136,7 @@ def _scale(model: ContactModel, figure: Figure, solutions: Sequence[Solution]) -
 
 @_scale.register(LatticeModel)
 def _scale_section(model: LatticeModel, figure: Figure, solutions: Sequence[Solution]) -> None:
-    frame = model.padded_deflection(solutions[0].gap)[model.stencil.frame_points()]
+    frame = model.padded_deflection(solutions[0].gap)[model.frame_points()]
     _scale_heights(model, figure, solutions, frame)
 
 

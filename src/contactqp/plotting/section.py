@@ -53,20 +53,20 @@ class Cut(NamedTuple):
     noun: str
 
 
-def cut_of_row(model: LatticeModel, gap: Vector, row: int, noun: str = "membrane") -> Cut:
+def cut_of_row(model: LatticeModel, gap: Vector, row: int) -> Cut:
     """Return the section along a row of a lattice's array, with the gap at the nodes."""
     lattice = model.lattice
     on_row = lattice.scatter(np.arange(lattice.size), fill=-1)[row].astype(int)
     heights = model.padded_deflection(gap)[row + 1]
-    frame = model.stencil.frame_points()[row + 1]
-    joined = model.stencil.padded_mask()[row + 1] | frame
+    frame = model.frame_points()[row + 1]
+    joined = model.padded_mask()[row + 1] | frame
     x: Vector = np.asarray(lattice.origin[0] + lattice.spacing * np.arange(-1, lattice.shape[1] + 1))
     nodes = on_row >= 0
     number = on_row[nodes]
     ground, ceiling = np.full((2, lattice.shape[1]), np.nan)
     ground[nodes], ceiling[nodes] = ground_at(model, number), ceiling_at(model, number)
     curve = np.where(joined, heights, np.nan)
-    return Cut(x, curve, lattice.x, ground, ceiling, x[frame], heights[frame], lattice.x[nodes], number, noun)
+    return Cut(x, curve, lattice.x, ground, ceiling, x[frame], heights[frame], lattice.x[nodes], number, model.noun)
 
 
 def ground_at(model: ContactModel, number: NDArray[np.int64]) -> Vector:

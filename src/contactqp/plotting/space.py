@@ -37,7 +37,7 @@ def membrane_in_space(membrane: Membrane, solution: Answered, wanted: Wanted) ->
     """Draw the deflected membrane between support and ceiling, facets in contact in their own colours."""
     axes = _axes(wanted)
     heights = membrane.padded_deflection(solution.gap)
-    joined = membrane.stencil.padded_mask() | membrane.stencil.frame_points()
+    joined = membrane.padded_mask() | membrane.frame_points()
     surface = np.where(joined, heights, np.nan)
     state, _ = seen(solution)
     held = np.pad(membrane.lattice.scatter(np.maximum(state, 0), fill=0), 1)
@@ -121,7 +121,7 @@ def _draw_surface(
 
 
 def _draw_frame(axes: Any, membrane: Membrane) -> None:
-    row, column = np.nonzero(membrane.stencil.frame_points())
+    row, column = np.nonzero(membrane.frame_points())
     x, y = membrane.lattice.ring_coordinates(row, column)
     heights = membrane.padded_deflection(membrane.reference)[row, column]
     axes.scatter(x, y, heights, s=3, color=INK, depthshade=False)
