@@ -7,10 +7,14 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, StrictBool, Tag, TypeAdapter
 
 from ..geometry.frame import Frame
+from ..models.beam import End
 from ..profiles.analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane
 from ..profiles.sampled import Sampled
 
 Positive: TypeAlias = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
+
+
+NonNegative: TypeAlias = Annotated[float, Field(ge=0, allow_inf_nan=False, strict=True)]
 
 
 Finite: TypeAlias = Annotated[float, Field(allow_inf_nan=False, strict=True)]
@@ -283,6 +287,7 @@ Tension: TypeAlias = Annotated[Annotated[Positive, Tag("number")] | _File, _ByKi
 TensionOrPair: TypeAlias = Annotated[
     Annotated[Tension, Tag("one")] | Annotated[tuple[Tension, Tension], Tag("pair")], Discriminator(_kind_of_tension)
 ]
+TensionOrNone: TypeAlias = Annotated[Annotated[NonNegative, Tag("number")] | _File, _ByKind]
 Load: TypeAlias = Annotated[_Number | _File, _ByKind]
 Support: TypeAlias = Annotated[Annotated[Ordinate, Tag("number")] | _File | _Profile, _ByKind]
 FrameHeight: TypeAlias = Annotated[_Number | _Profile, _ByKind]
@@ -349,6 +354,37 @@ class CableCase(Section):
     """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per length and length)."""
 
 
+class BeamCase(Section):
+    """``model = "beam"``; heights as for a membrane."""
+
+    model: Literal["beam"]
+    title: str = ""
+    span: Positive
+    """Distance of the ends, a whole multiple of the spacing (length)."""
+    start: Finite = 0.0
+    """Abscissa of the left end (length)."""
+    ends: End | tuple[End, End] = ("pinned", "pinned")
+    """How the left and the right end are held, "pinned", "clamped" or "free": one word for both, or two in brackets."""
+    upwards: StrictBool = False
+    """Whether heights are elevations, positive upwards."""
+    spacing: Positive
+    """Distance of neighbouring nodes (length)."""
+    bending_stiffness: Tension
+    """EI, force times length squared: a number, or a file with a value for each node between the ends."""
+    tension: TensionOrNone = 0.0
+    """Force: a number, 0 for none, or a file with a value for each node between the ends."""
+    load: Load
+    """Active load, positive downwards (force per length)."""
+    support: Support
+    """Height of the ground (length), positive downwards, or upwards with upwards = true; inf (-inf) for none."""
+    frame_height: FrameHeight = 0.0
+    """Heights of the ends that are held (length), positive as that of the ground."""
+    ceiling: Support | None = None
+    """Height of a rigid surface above the beam (length), positive as that of the ground; -inf (inf) for none."""
+    foundation: Load | None = None
+    """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per length and length)."""
+
+
 def schema() -> dict[str, Any]:
     """Return the JSON schema of case files.
 
@@ -357,5 +393,5 @@ def schema() -> dict[str, Any]:
     >>> schema()["$schema"]
     'https://json-schema.org/draft/2020-12/schema'
     """
-    found = TypeAdapter[Any](MembraneCase | CableCase).json_schema()
+    found = TypeAdapter[Any](MembraneCase | CableCase | BeamCase).json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "contactqp case file"} | found

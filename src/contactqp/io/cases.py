@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from pydantic import ValidationError
@@ -13,14 +13,18 @@ from ..errors import CaseFileError
 from ..foundation.text import shortened
 from ..geometry.fields import Rows, upwards_rows
 from ..geometry.lattice import Lattice
+from ..models.beam import Beam
 from ..models.cable import Cable
 from ..models.membrane import Membrane
 from .case_errors import explained
-from .case_sections import PROFILES, CableCase, DataFile, MaskFile, MembraneCase, SampledSection
+from .case_sections import PROFILES, BeamCase, CableCase, DataFile, MaskFile, MembraneCase, SampledSection
 from .data_files import Reading, existing_file, read_raster
 from .on_nodes import on_lattice, rows_of, upright, without_missing
 from .rasters import Raster
 from .toml_files import read_toml
+
+Model: TypeAlias = Membrane | Cable | Beam
+"""What a case file may describe."""
 
 
 class Case(NamedTuple):
@@ -28,16 +32,16 @@ class Case(NamedTuple):
 
     Attributes
     ----------
-    model : Membrane or Cable
+    model : Membrane, Cable or Beam
     title : str
         For pictures and pages; ``""`` where the file has none.
     """
 
-    model: Membrane | Cable
+    model: Model
     title: str
 
 
-def load_case(path: str | Path) -> Membrane | Cable:
+def load_case(path: str | Path) -> Model:
     """Return the model that a case file describes; `read_case` returns its title as well.
 
     Parameters
@@ -47,7 +51,7 @@ def load_case(path: str | Path) -> Membrane | Cable:
 
     Returns
     -------
-    Membrane or Cable
+    Membrane, Cable or Beam
         Where the rows of a data file go down, as those of pictures and .tif files, the model is one with
         ``rows="down"``: an array without coordinates that it is given later, such as an answer, must say its rows.
 
@@ -220,8 +224,29 @@ def _cable(case: CableCase, path: Path) -> Cable:
     )
 
 
-_KINDS: dict[str, tuple[type[MembraneCase | CableCase], Callable[[Any, Path], Membrane | Cable]]] = {
+def _beam(case: BeamCase, path: Path) -> Beam:
+    files = _Files(path)
+    between = Cable.lattice_of(case.span, spacing=case.spacing, start=case.start)
+    lattice = Beam.lattice_of(case.span, spacing=case.spacing, ends=case.ends, start=case.start)
+    return Beam(
+        span=case.span,
+        spacing=case.spacing,
+        bending_stiffness=files.field(case.bending_stiffness, "bending_stiffness", between),
+        tension=files.field(case.tension, "tension", between),
+        load=files.field(case.load, "load", lattice),
+        support=files.field(case.support, "support", lattice, upwards=case.upwards),
+        ends=case.ends,
+        frame_height=files.field(case.frame_height, "frame_height", lattice, upwards=case.upwards),
+        start=case.start,
+        upwards=case.upwards,
+        ceiling=files.field(case.ceiling, "ceiling", lattice, upwards=case.upwards),
+        foundation=files.field(case.foundation, "foundation", lattice),
+    )
+
+
+_KINDS: dict[str, tuple[type[MembraneCase | CableCase | BeamCase], Callable[[Any, Path], Model]]] = {
     "membrane": (MembraneCase, _membrane),
     "cable": (CableCase, _cable),
+    "beam": (BeamCase, _beam),
 }
 """The section that describes a kind of model, and what makes the model of it, by the name in the file."""

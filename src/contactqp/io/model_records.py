@@ -12,6 +12,7 @@ from ..foundation.checks import Vector
 from ..geometry.lattice import Lattice
 from ..geometry.on_arms import ArmField
 from ..models.base import ContactModel
+from ..models.beam import Beam
 from ..models.cable import Cable
 from ..models.cable_net import CableNet
 from ..models.membrane import Membrane
@@ -90,7 +91,11 @@ def _arms(model: LatticeModel) -> dict[str, tuple[tuple[str, ...], Any, str]]:
         "y": (("arm_along_y", "column"), (rows + 1, columns)),
     }
     return {
-        f"arm_tension_{axis}": (places[axis][0], np.broadcast_to(field.arms, places[axis][1]), f"of arms along {axis}")
+        f"arm_tension_{axis}": (
+            places[axis][0],
+            np.broadcast_to(field.arms, places[axis][1]) if np.ndim(field.arms) == 0 else field.arms,
+            f"of arms along {axis}",
+        )
         for axis, field in zip("xy", model.tension_of_arms.fields, strict=False)
     }
 
@@ -126,6 +131,16 @@ def _membrane(model: Membrane) -> Record:
 def _cable(model: Cable) -> Record:
     attributes, variables = _on_lattice(model, "cable")
     return Record(attributes | {"start": model.start}, variables)
+
+
+@record_of.register(Beam)
+def _beam(model: Beam) -> Record:
+    attributes, variables = _on_lattice(model, "beam")
+    stiffness = model.point_stiffness
+    if not isinstance(stiffness, float):
+        told = "bending stiffness at the nodes and at both ends"
+        variables = {**variables, "point_bending_stiffness": (("beam_point",), stiffness, told)}
+    return Record(attributes | {"start": model.start, "ends": " ".join(model.ends)}, variables)
 
 
 @record_of.register(CableNet)
@@ -208,6 +223,27 @@ def _made_cable(data: xr.Dataset) -> Cable:
     )
 
 
+def _made_beam(data: xr.Dataset) -> Beam:
+    told = data.attrs
+    left, right = str(told["ends"]).split()
+    between = data.sizes["x"] - (left == "free") - (right == "free")
+    stiffness = data.get("point_bending_stiffness")
+    return Beam(
+        nodes=between,
+        spacing=float(told["spacing"]),
+        bending_stiffness=float(told["bending_stiffness"]) if stiffness is None else stiffness.to_numpy(),
+        tension=_tension(data, np.array),
+        load=data["load"].to_numpy(),
+        support=data["support"].to_numpy(),
+        ends=(left, right),  # type: ignore[arg-type]
+        frame_height=_heights(data),
+        start=float(told["start"]),
+        upwards=bool(told["upwards"]),
+        units=_units_in(data),
+        **_beside(data, np.array),
+    )
+
+
 def _made_net(data: xr.Dataset) -> CableNet:
     positions = np.column_stack([data["point_x"].to_numpy(), data["point_y"].to_numpy()])
     shape: dict[str, Any] = {
@@ -237,6 +273,7 @@ def _pair(value: Any) -> tuple[float, float]:
 _MAKERS: dict[str, Callable[[xr.Dataset], ContactModel]] = {
     "membrane": _made_membrane,
     "cable": _made_cable,
+    "beam": _made_beam,
     "net": _made_net,
 }
 

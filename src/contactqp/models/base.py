@@ -422,6 +422,18 @@ class ContactModel(ABC):
         matrix = self.problem.G
         return matrix.data, matrix.indices, matrix.indptr
 
+    def pull_per_tension(self, depths: Vector, pull_of_arms: Vector) -> Vector:
+        """Return how `pull` grows with a tension that is one number, ``self.tension`` (no unit), shape (n,).
+
+        Parameters
+        ----------
+        depths : array, shape (n,)
+            Of the nodes (length), positive downwards.
+        pull_of_arms : array, shape (n,)
+            ``pull(depths)`` without the force of the foundation (force).
+        """
+        return np.asarray(pull_of_arms / self.tension)  # type: ignore[attr-defined]
+
     def _take_tension(self, tension: float) -> None:
         """Change a copy of the model to another tension, > 0, before anything is derived from it."""
         raise TypeError(

@@ -181,7 +181,7 @@ class Beam(LineModel, BendingModel):
             plain(value, name, "length", names)
             for value, name in ((span, "span"), (spacing, "spacing"), (start, "start"))
         )
-        between = lattice_on_line(span, nodes, spacing, start, self.noun)
+        between = lattice_on_line(span, nodes, spacing, start, Beam.noun)
         self.start, self.ends = float(start), _checked_ends(ends)
         stiffness = plain(bending_stiffness, "bending_stiffness", self._bending_unit, names)
         self._rigidity = at_points_of_line(between, of_x_and_y(stiffness), "bending_stiffness")
@@ -190,7 +190,7 @@ class Beam(LineModel, BendingModel):
         area = np.full(lattice.size, lattice.spacing)
         area[[0] * self._free[0] + [-1] * self._free[1]] /= 2
         super().__init__(
-            *(lattice, self._at_own_nodes(tensions), load, support, frame_height),
+            *(lattice, self._at_own_nodes(tensions, between), load, support, frame_height),
             area=area if any(self._free) else lattice.spacing,
             upwards=upwards,
             ceiling=ceiling,
@@ -199,6 +199,46 @@ class Beam(LineModel, BendingModel):
         )
         self._refuse_motion()
         self._warn()
+
+    @staticmethod
+    def lattice_of(
+        span: float | None = None,
+        nodes: int | None = None,
+        *,
+        spacing: float,
+        ends: tuple[End, End] | End = ("pinned", "pinned"),
+        start: float = 0.0,
+    ) -> Lattice:
+        """Return the lattice of a beam's nodes, one row of them: those between the ends, and ends that are free.
+
+        Parameters
+        ----------
+        span, nodes, spacing, ends, start
+            See the class.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument has the wrong kind or range.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> cq.Beam.lattice_of(10.0, spacing=2.5, ends=("clamped", "free")).x
+        array([ 2.5,  5. ,  7.5, 10. ])
+        """
+        left, right = (end == "free" for end in _checked_ends(ends))
+        return _with_free_ends(lattice_on_line(span, nodes, spacing, start, Beam.noun), (left, right))
+
+    @property
+    def point_stiffness(self) -> float | Vector:
+        """EI at the nodes and at both ends, shape (points,), a number where it is the same everywhere."""
+        return self._rigidity
+
+    def pull_per_tension(self, depths: Vector, pull_of_arms: Vector) -> Vector:
+        """See `ContactModel.pull_per_tension`."""
+        rise = np.diff(self.along_points(depths)) / self.lattice.spacing
+        return np.asarray(self._of_nodes(-np.diff(np.pad(rise, 1))))
 
     @property
     def _free(self) -> tuple[bool, bool]:
@@ -210,14 +250,14 @@ class Beam(LineModel, BendingModel):
         left, right = self._free
         return at_points[int(not left) : len(at_points) - int(not right)]
 
-    def _at_own_nodes(self, tension: Tension) -> Tension:
+    def _at_own_nodes(self, tension: Tension, between: Lattice) -> Tension:
         """Return a tension that is known at the nodes between the ends with its values at free ends, too."""
         (field,) = tension.fields
-        if isinstance(field.nodes, float):
+        if isinstance(field.nodes, float) or field.nodes.size == between.size + sum(self._free):
             return tension
-        arms = np.broadcast_to(field.arms, (1, field.nodes.size + 1))[0]
-        nodes = self._of_nodes(np.concatenate([arms[:1], field.nodes, arms[-1:]]))
-        return Tension((ArmField(field.arms, read_only(nodes)),), tension.same)
+        arms = np.broadcast_to(field.arms, (1, between.size + 1))
+        nodes = self._of_nodes(np.concatenate([arms[0, :1], field.nodes, arms[0, -1:]]))
+        return Tension((ArmField(arms, read_only(nodes)),), tension.same)
 
     def _refuse_motion(self) -> None:
         """Raise a ValueError unless ends, tension and foundation hold the beam against moving as a rigid body."""

@@ -143,9 +143,8 @@ class OfModel(Parameters):
                 self._of_foundation, lambda by: -self._areas * self._deflection * by.reaction
             )
         if isinstance(getattr(model, "tension", None), float):
-            self.known["tension"] = Parameter(
-                self._of_tension, lambda by: -float(by.reaction @ self._pull_of_arms) / self._tension
-            )
+            self._by_tension = model.pull_per_tension(self._deflection, self._pull_of_arms)
+            self.known["tension"] = Parameter(self._of_tension, lambda by: -float(by.reaction @ self._by_tension))
 
     @property
     def size(self) -> int:
@@ -169,10 +168,6 @@ class OfModel(Parameters):
     @property
     def _under_ceiling(self) -> Vector:
         return np.asarray(self._model.under_ceiling, dtype=np.float64)
-
-    @property
-    def _tension(self) -> float:
-        return float(self._model.tension)  # type: ignore[attr-defined]
 
     def _of_load(self, direction: Any) -> Change:
         change = Change.none(self.size)
@@ -222,5 +217,5 @@ class OfModel(Parameters):
 
     def _of_tension(self, direction: Any) -> Change:
         change = Change.none(self.size)
-        change.reaction = -finite_number(direction, "tension") / self._tension * self._pull_of_arms
+        change.reaction = -finite_number(direction, "tension") * self._by_tension
         return change
