@@ -50,3 +50,19 @@ def test_what_needs_an_m_matrix_refuses_in_words(backend):
     beam, _ = cq.gallery.beam_on_floor(19, 5)
     with pytest.raises(cq.UnsuitableProblemError, match=r"positive off-diagonal|Z-matrix|lattice"):
         cq.solve(beam, backend)
+
+
+@pytest.mark.parametrize("backend", CAPABLE)
+def test_a_plate_converges_to_naviers_series(backend):
+    found = []
+    for nodes in (7, 15):
+        plate, exact = cq.gallery.plate_under_load(nodes)
+        found.append(np.abs(cq.solve(plate, backend).deflection - exact).max())
+    assert np.log2(found[0] / found[1]) >= 1.9
+
+
+def test_backends_agree_on_a_plate_in_contact():
+    plate = cq.Plate(cq.Frame.rectangle(1.0, 1.0).lattice(0.1), 1.0, load=3000.0, support=lambda x, y: 0.5 + x**2)
+    comparison = cq.compare(plate, list(CAPABLE), tol=1e-6)
+    assert comparison.agree
+    assert comparison.best.contact.any()

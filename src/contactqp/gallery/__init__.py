@@ -20,6 +20,7 @@ from .membranes import (
     paper_hexagon,
     spiral,
 )
+from .plates import plate_under_load
 
 __all__ = [
     "PAPER_CORNERS",
@@ -37,5 +38,6 @@ __all__ = [
     "l_shape_with_hole",
     "orthotropic_ellipse",
     "paper_hexagon",
+    "plate_under_load",
     "spiral",
 ]

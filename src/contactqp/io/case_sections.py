@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, StrictBool, Ta
 
 from ..geometry.frame import Frame
 from ..models.beam import End
+from ..models.plate import Edge
 from ..profiles.analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane
 from ..profiles.sampled import Sampled
 
@@ -293,18 +294,10 @@ Support: TypeAlias = Annotated[Annotated[Ordinate, Tag("number")] | _File | _Pro
 FrameHeight: TypeAlias = Annotated[_Number | _Profile, _ByKind]
 
 
-class MembraneCase(Section):
-    """``model = "membrane"``, which is the default.
-
-    Heights (support, frame height, and the deflection that comes out) are positive downwards, or with
-    ``upwards = true`` elevations, positive upwards; a load is positive downwards and a profile's ``depth`` a depth in
-    either case.
-    """
-
-    model: Literal["membrane"] = "membrane"
+class _CaseInPlan(Section):
     title: str = ""
     frame: FrameSection
-    """The contour that the membrane is stretched over."""
+    """The contour that it is held at."""
     spacing: Positive
     """Distance of neighbouring nodes (length)."""
     origin: Point | None = None
@@ -313,8 +306,6 @@ class MembraneCase(Section):
     """Whether heights are elevations, positive upwards."""
     crs: str = ""
     """Coordinate reference system of x and y, as "EPSG:25832"; a mask's .tif file may tell it, too."""
-    tension: TensionOrPair
-    """Force per length: a number or a file; or two of these in brackets, along x and along y."""
     load: Load
     """Active pressure, positive downwards (force per area)."""
     support: Support
@@ -322,9 +313,36 @@ class MembraneCase(Section):
     frame_height: FrameHeight = 0.0
     """Height of the frame (length), positive as that of the support."""
     ceiling: Support | None = None
-    """Height of a rigid surface above the membrane (length), positive as that of the support; -inf (inf) for none."""
+    """Height of a rigid surface above (length), positive as that of the support; -inf (inf) for none."""
     foundation: Load | None = None
     """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per area and length)."""
+
+
+class MembraneCase(_CaseInPlan):
+    """``model = "membrane"``, which is the default.
+
+    Heights (support, frame height, and the deflection that comes out) are positive downwards, or with
+    ``upwards = true`` elevations, positive upwards; a load is positive downwards and a profile's ``depth`` a depth in
+    either case.
+    """
+
+    model: Literal["membrane"] = "membrane"
+    tension: TensionOrPair
+    """Force per length: a number or a file; or two of these in brackets, along x and along y."""
+
+
+class PlateCase(_CaseInPlan):
+    """``model = "plate"``; heights as for a membrane. The frame must run along lattice lines."""
+
+    model: Literal["plate"]
+    bending_stiffness: Positive
+    """D = Eh³/12(1 - ν²): force times length."""
+    tension: NonNegative = 0.0
+    """Force per length, 0 for none."""
+    edge: Edge = "clamped"
+    """How the edge is held: "clamped" or "simply supported"."""
+    poisson_ratio: Finite = 0.3
+    """ν, by which moments go."""
 
 
 class CableCase(Section):
@@ -393,5 +411,5 @@ def schema() -> dict[str, Any]:
     >>> schema()["$schema"]
     'https://json-schema.org/draft/2020-12/schema'
     """
-    found = TypeAdapter[Any](MembraneCase | CableCase | BeamCase).json_schema()
+    found = TypeAdapter[Any](MembraneCase | CableCase | BeamCase | PlateCase).json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "contactqp case file"} | found

@@ -16,14 +16,15 @@ from ..geometry.lattice import Lattice
 from ..models.beam import Beam
 from ..models.cable import Cable
 from ..models.membrane import Membrane
+from ..models.plate import Plate
 from .case_errors import explained
-from .case_sections import PROFILES, BeamCase, CableCase, DataFile, MaskFile, MembraneCase, SampledSection
+from .case_sections import PROFILES, BeamCase, CableCase, DataFile, MaskFile, MembraneCase, PlateCase, SampledSection
 from .data_files import Reading, existing_file, read_raster
 from .on_nodes import on_lattice, rows_of, upright, without_missing
 from .rasters import Raster
 from .toml_files import read_toml
 
-Model: TypeAlias = Membrane | Cable | Beam
+Model: TypeAlias = Membrane | Cable | Beam | Plate
 """What a case file may describe."""
 
 
@@ -32,7 +33,7 @@ class Case(NamedTuple):
 
     Attributes
     ----------
-    model : Membrane, Cable or Beam
+    model : Membrane, Cable, Beam or Plate
     title : str
         For pictures and pages; ``""`` where the file has none.
     """
@@ -51,7 +52,7 @@ def load_case(path: str | Path) -> Model:
 
     Returns
     -------
-    Membrane, Cable or Beam
+    Membrane, Cable, Beam or Plate
         Where the rows of a data file go down, as those of pictures and .tif files, the model is one with
         ``rows="down"``: an array without coordinates that it is given later, such as an answer, must say its rows.
 
@@ -161,23 +162,35 @@ class _Files:
             raise CaseFileError(f"{self.path}: {key}: {error}") from None
 
 
-def _membrane(case: MembraneCase, path: Path) -> Membrane:
+def _in_plan(case: MembraneCase | PlateCase, path: Path, *more: str) -> dict[str, Any]:
+    """Return the lattice of a membrane or a plate, and its fields: those of both, and more by name."""
     files = _Files(path)
     if isinstance(case.frame, MaskFile):
         lattice = _masked(case, case.frame, files)
     else:
         lattice = case.frame.build().in_crs(case.crs).lattice(case.spacing, case.origin)
-    fields = {
-        "load": files.field(case.load, "load", lattice),
-        "support": files.field(case.support, "support", lattice, upwards=case.upwards),
-        "frame_height": files.field(case.frame_height, "frame_height", lattice, upwards=case.upwards),
-        "tension": files.field(case.tension, "tension", lattice),
-        "ceiling": files.field(case.ceiling, "ceiling", lattice, upwards=case.upwards),
-        "foundation": files.field(case.foundation, "foundation", lattice),
+    heights = {
+        name: files.field(getattr(case, name), name, lattice, upwards=case.upwards)
+        for name in ("support", "frame_height", "ceiling")
     }
+    fields = heights | {name: files.field(getattr(case, name), name, lattice) for name in ("load", "foundation", *more)}
     if files.rows == "down":
         fields = {name: _turned(value) for name, value in fields.items()}
-    return Membrane(lattice, **fields, upwards=case.upwards, rows=files.rows)
+    return {"lattice": lattice, **fields, "upwards": case.upwards, "rows": files.rows}
+
+
+def _membrane(case: MembraneCase, path: Path) -> Membrane:
+    return Membrane(**_in_plan(case, path, "tension"))
+
+
+def _plate(case: PlateCase, path: Path) -> Plate:
+    return Plate(
+        bending_stiffness=case.bending_stiffness,
+        tension=case.tension,
+        edge=case.edge,
+        poisson_ratio=case.poisson_ratio,
+        **_in_plan(case, path),
+    )
 
 
 def _turned(field: Any) -> Any:
@@ -187,7 +200,7 @@ def _turned(field: Any) -> Any:
     return upwards_rows(field, "down") if isinstance(field, np.ndarray) and field.ndim else field
 
 
-def _masked(case: MembraneCase, frame: MaskFile, files: _Files) -> Lattice:
+def _masked(case: MembraneCase | PlateCase, frame: MaskFile, files: _Files) -> Lattice:
     """Return the lattice of a mask file; where a geo-transform places it, spacing and origin must be the file's."""
     raster = files.upright(frame, "frame.file")
     mask, origin = raster.values > frame.threshold, case.origin
@@ -244,9 +257,10 @@ def _beam(case: BeamCase, path: Path) -> Beam:
     )
 
 
-_KINDS: dict[str, tuple[type[MembraneCase | CableCase | BeamCase], Callable[[Any, Path], Model]]] = {
+_KINDS: dict[str, tuple[type[MembraneCase | CableCase | BeamCase | PlateCase], Callable[[Any, Path], Model]]] = {
     "membrane": (MembraneCase, _membrane),
     "cable": (CableCase, _cable),
     "beam": (BeamCase, _beam),
+    "plate": (PlateCase, _plate),
 }
 """The section that describes a kind of model, and what makes the model of it, by the name in the file."""

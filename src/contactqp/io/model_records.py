@@ -16,7 +16,9 @@ from ..models.beam import Beam
 from ..models.cable import Cable
 from ..models.cable_net import CableNet
 from ..models.membrane import Membrane
+from ..models.on_area import AreaModel
 from ..models.on_lattice import LatticeModel
+from ..models.plate import Plate
 from ..models.tension import Tension
 
 if TYPE_CHECKING:
@@ -120,7 +122,17 @@ def _beside(data: xr.Dataset, at_nodes: Callable[[Any], Vector]) -> dict[str, An
 
 @record_of.register(Membrane)
 def _membrane(model: Membrane) -> Record:
-    attributes, variables = _on_lattice(model, "membrane")
+    return _in_plan(model, "membrane")
+
+
+@record_of.register(Plate)
+def _plate(model: Plate) -> Record:
+    attributes, variables = _in_plan(model, "plate")
+    return Record(attributes | {"edge": model.edge, "poisson_ratio": model.poisson_ratio}, variables)
+
+
+def _in_plan(model: AreaModel, kind: str) -> Record:
+    attributes, variables = _on_lattice(model, kind)
     nodes = model.lattice.mask.astype(np.int8)
     return Record(
         attributes | {"rows": model.rows}, {**variables, "node_mask": (("y", "x"), nodes, "1 where there is a node")}
@@ -185,8 +197,25 @@ def _heights(data: xr.Dataset) -> Any:
 
 
 def _made_membrane(data: xr.Dataset) -> Membrane:
+    lattice = _lattice(data)
+    return Membrane(lattice, _tension(data, lattice.gather), **_fields_in_plan(data, lattice))
+
+
+def _made_plate(data: xr.Dataset) -> Plate:
+    lattice, told = _lattice(data), data.attrs
+    return Plate(
+        lattice,
+        float(told["bending_stiffness"]),
+        tension=_tension(data, lattice.gather),
+        edge=told["edge"],
+        poisson_ratio=float(told["poisson_ratio"]),
+        **_fields_in_plan(data, lattice),
+    )
+
+
+def _lattice(data: xr.Dataset) -> Lattice:
     told = data.attrs
-    lattice = Lattice(
+    return Lattice(
         data["node_mask"].to_numpy() > 0,
         float(told["spacing"]),
         _pair(told["origin"]),
@@ -194,17 +223,18 @@ def _made_membrane(data: xr.Dataset) -> Membrane:
         caution=str(told["caution_of_lattice"]),
         crs=str(told.get("crs", "")),
     )
-    return Membrane(
-        lattice,
-        _tension(data, lattice.gather),
-        load=lattice.gather(data["load"].to_numpy()),
-        support=lattice.gather(data["support"].to_numpy()),
-        frame_height=_heights(data),
-        upwards=bool(told["upwards"]),
-        rows=told["rows"],
-        units=_units_in(data),
+
+
+def _fields_in_plan(data: xr.Dataset, lattice: Lattice) -> dict[str, Any]:
+    return {
+        "load": lattice.gather(data["load"].to_numpy()),
+        "support": lattice.gather(data["support"].to_numpy()),
+        "frame_height": _heights(data),
+        "upwards": bool(data.attrs["upwards"]),
+        "rows": data.attrs["rows"],
+        "units": _units_in(data),
         **_beside(data, lattice.gather),
-    )
+    }
 
 
 def _made_cable(data: xr.Dataset) -> Cable:
@@ -274,6 +304,7 @@ _MAKERS: dict[str, Callable[[xr.Dataset], ContactModel]] = {
     "membrane": _made_membrane,
     "cable": _made_cable,
     "beam": _made_beam,
+    "plate": _made_plate,
     "net": _made_net,
 }
 

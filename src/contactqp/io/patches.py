@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..foundation.loading import load_modules
 from ..models.base import ContactModel
-from ..models.membrane import Membrane
+from ..models.on_area import AreaModel
 from ..models.on_line import LineModel
 
 if TYPE_CHECKING:
@@ -77,8 +77,8 @@ def contour_of(model: ContactModel, nodes: NDArray[np.intp]) -> Any:
     return shapely.MultiPoint(np.column_stack([model.node_x[nodes], model.node_y[nodes]]))
 
 
-@contour_of.register(Membrane)
-def _squares(model: Membrane, nodes: NDArray[np.intp]) -> Any:
+@contour_of.register(AreaModel)
+def _squares(model: AreaModel, nodes: NDArray[np.intp]) -> Any:
     """Return the contour of the squares that the nodes stand for."""
     load_modules("shapely")
     import shapely

@@ -9,11 +9,12 @@ from ..foundation.pictures import UnitNames
 from ..foundation.units import checked_units, plain
 from ..geometry.fields import FieldLike, Rows, checked_rows
 from ..geometry.lattice import Lattice
+from .on_area import AreaModel
 from .stretched import StretchedModel
 from .tension import Tension, TensionLike
 
 
-class Membrane(StretchedModel):
+class Membrane(AreaModel, StretchedModel):
     r"""A membrane over a smooth, rigid support.
 
     Small slopes, no friction: -T∇²w = p - ρ, w ≤ f, ρ ≥ 0, ρ(f - w) = 0, and w given on the frame; eqs. (2.1)-(2.5)
@@ -87,10 +88,6 @@ class Membrane(StretchedModel):
     """
 
     noun: ClassVar[str] = "membrane"
-    _load_unit = "force per area"
-    _pressure_unit = "force per area"
-    _tension_unit = "force per length"
-    _foundation_unit = "force per area and length"
 
     @by_name_after(2, "load", "support", "frame_height")
     @known_by_name
