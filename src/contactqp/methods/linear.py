@@ -51,13 +51,25 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
     lattice = stiffness.lattice
     if lattice is not None:
         load_modules("contactqp.methods.multigrid.linear", kernels="multigrid")
-        from .multigrid.linear import solve_linear
+        from .multigrid.linear import LatticeSolver
 
-        return lambda force: solve_linear(lattice, force, tolerance), False
+        kept = LatticeSolver(lattice)
+        return lambda force: kept.solve(force, tolerance), False
+    iterations = iterated(stiffness, tolerance)
+    return None if iterations is None else (iterations, False)
+
+
+def iterated(stiffness: Stiffness, tolerance: float) -> Solve | None:
+    """Return a function that solves G x = f by conjugate gradients with smoothed aggregation; see `solver`.
+
+    None also without numba.
+    """
+    if not can_compile():
+        return None
     from .amg.amg import conjugate_gradients
 
     solve = conjugate_gradients(stiffness.tocsr())
-    return None if solve is None else (lambda force: solve(force, tolerance), False)
+    return None if solve is None else lambda force: solve(force, tolerance)
 
 
 def hierarchy_cycle(matrix: csr_array, candidate: Vector) -> Solve | None:
