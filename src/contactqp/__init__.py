@@ -11,7 +11,7 @@ A frame is covered by a lattice of nodes; load and support make it a model; a so
 
 Heights, deflections and loads are positive downwards.
 
-Models: `Membrane`, `Cable`, `CableNet`, and `ContactQP` for a matrix of your own,
+Models: `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, and `ContactQP` for a matrix of your own,
 `ContactLCP` for one that is not symmetric. Solving: `solve`, `solve_many`,
 `Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load). Proofs:
 `certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts it.
@@ -43,6 +43,7 @@ from .io.read_fields import read_field, read_mask
 from .models.cable import Cable
 from .models.cable_net import CableNet
 from .models.membrane import Membrane
+from .models.mesh_membrane import MeshMembrane
 from .paths.events import Events, events
 from .paths.load_path import LoadPath
 from .paths.touchdown import Touchdown
@@ -75,6 +76,7 @@ __all__ = [
     "Lattice",
     "LoadPath",
     "Membrane",
+    "MeshMembrane",
     "MissingBackendError",
     "NotCertifiedError",
     "Residuals",

@@ -29,8 +29,7 @@ from .application import (
 
 if TYPE_CHECKING:
     from ..foundation.brackets import Bracket
-    from ..models.cable import Cable
-    from ..models.membrane import Membrane
+    from ..io.cases import Model
 
 
 @app.command()
@@ -269,7 +268,7 @@ def _headed(title: str, own: str) -> str:
     return f"{shortened(title, 100)}\n{own}" if title else own
 
 
-def _read(case: Path) -> tuple[Membrane | Cable, str]:
+def _read(case: Path) -> tuple[Model, str]:
     """Return model and title of a case file; what is strange about it is a line on standard error."""
     from ..errors import ContactWarning
     from ..io.cases import read_case

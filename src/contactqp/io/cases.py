@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from pydantic import ValidationError
@@ -15,12 +15,25 @@ from ..geometry.fields import Rows, upwards_rows
 from ..geometry.lattice import Lattice
 from ..models.cable import Cable
 from ..models.membrane import Membrane
+from ..models.mesh_membrane import MeshMembrane
 from .case_errors import explained
-from .case_sections import PROFILES, CableCase, DataFile, MaskFile, MembraneCase, SampledSection
+from .case_sections import (
+    PROFILES,
+    CableCase,
+    DataFile,
+    MaskFile,
+    MembraneCase,
+    MeshMembraneCase,
+    SampledSection,
+    Section,
+)
 from .data_files import Reading, existing_file, read_raster
 from .on_nodes import on_lattice, rows_of, upright, without_missing
 from .rasters import Raster
 from .toml_files import read_toml
+
+Model: TypeAlias = Membrane | Cable | MeshMembrane
+"""What case files describe."""
 
 
 class Case(NamedTuple):
@@ -28,16 +41,16 @@ class Case(NamedTuple):
 
     Attributes
     ----------
-    model : Membrane or Cable
+    model : Membrane, Cable or MeshMembrane
     title : str
         For pictures and pages; ``""`` where the file has none.
     """
 
-    model: Membrane | Cable
+    model: Model
     title: str
 
 
-def load_case(path: str | Path) -> Membrane | Cable:
+def load_case(path: str | Path) -> Model:
     """Return the model that a case file describes; `read_case` returns its title as well.
 
     Parameters
@@ -47,7 +60,7 @@ def load_case(path: str | Path) -> Membrane | Cable:
 
     Returns
     -------
-    Membrane or Cable
+    Membrane, Cable or MeshMembrane
         Where the rows of a data file go down, as those of pictures and .tif files, the model is one with
         ``rows="down"``: an array without coordinates that it is given later, such as an answer, must say its rows.
 
@@ -84,7 +97,7 @@ def read_case(path: str | Path) -> Case:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             model = model_of(case, path)
             _ = model.problem
-            return Case(model, case.title)
+            return Case(model, case.title)  # type: ignore[attr-defined]
     except ValidationError as error:
         raise CaseFileError(f"{path}: {explained(error, section)}") from None
     except CaseFileError:
@@ -125,13 +138,16 @@ class _Files:
         except CaseFileError as error:
             raise CaseFileError(f"{self.path}: {key} = {shortened(section.file)!r}: {error}") from None
 
-    def field(self, value: Any, key: str, lattice: Lattice, *, upwards: bool = False) -> Any:
-        """Return a load, a height or a tension as a model takes it; numbers of a file as an array whose rows go up."""
+    def field(self, value: Any, key: str, lattice: Lattice | None, *, upwards: bool = False) -> Any:
+        """Return a load, a height or a tension as a model takes it; numbers of a file as an array whose rows go up.
+
+        Without a lattice there are no numbers of files.
+        """
         if value is None or isinstance(value, float):
             return value
         if isinstance(value, tuple):
             return tuple(self.field(part, f"{key}[{k}]", lattice) for k, part in enumerate(value))
-        if isinstance(value, DataFile):
+        if isinstance(value, DataFile) and lattice is not None:
             raster = self.upright(value, f"{key}.file")
             absent = None
             if value.missing == "none":
@@ -220,8 +236,20 @@ def _cable(case: CableCase, path: Path) -> Cable:
     )
 
 
-_KINDS: dict[str, tuple[type[MembraneCase | CableCase], Callable[[Any, Path], Membrane | Cable]]] = {
+def _mesh_membrane(case: MeshMembraneCase, path: Path) -> MeshMembrane:
+    files = _Files(path)
+    heights = {
+        name: files.field(getattr(case, name), name, None, upwards=case.upwards)
+        for name in ("support", "frame_height", "ceiling")
+    }
+    mesh = existing_file(path, "file", case.file)
+    given = {"load": case.load, "foundation": case.foundation, "fixed": case.fixed, "upwards": case.upwards}
+    return MeshMembrane.from_meshio(mesh, case.tension, **heights, **given)
+
+
+_KINDS: dict[str, tuple[type[Section], Callable[[Any, Path], Model]]] = {
     "membrane": (MembraneCase, _membrane),
     "cable": (CableCase, _cable),
+    "mesh membrane": (MeshMembraneCase, _mesh_membrane),
 }
 """The section that describes a kind of model, and what makes the model of it, by the name in the file."""

@@ -82,17 +82,17 @@ class Coordinate(NamedTuple):
 
     Attributes
     ----------
-    dimension : str
-        The axis.
+    dimension : str or tuple of str
+        The axis, or several.
     values : array
         One for each place on the axis.
-    attributes : dict of str to str
+    attributes : dict
         Unit or meaning of the values.
     """
 
-    dimension: str
+    dimension: str | tuple[str, ...]
     values: NDArray[Any]
-    attributes: dict[str, str]
+    attributes: Mapping[str, Any]
 
 
 class ContactModel(ABC):
@@ -398,7 +398,7 @@ class ContactModel(ABC):
         nodes, patch = np.flatnonzero(contact), np.zeros(self.size, dtype=np.int64)
         if not nodes.size:
             return patch, 0
-        count, labels = csgraph.connected_components(self.problem.G[nodes][:, nodes], directed=False)
+        count, labels = csgraph.connected_components(self._joined()[nodes][:, nodes], directed=False)
         _, first, found = np.unique(labels, return_index=True, return_inverse=True)
         patch[nodes] = np.argsort(np.argsort(first))[found] + 1
         return patch, int(count)
@@ -420,6 +420,11 @@ class ContactModel(ABC):
         return ("node",), np.array(values)
 
     @property
+    def laid_out_on(self) -> dict[str, str]:
+        """Attributes of each variable of a dataset that say what it is laid out on."""
+        return {}
+
+    @property
     def stiffness_data(self) -> tuple[NDArray[Any], ...]:
         """Arrays that the stiffness consists of: two models whose arrays are equal have the same one."""
         matrix = self.problem.G
@@ -434,6 +439,10 @@ class ContactModel(ABC):
     def _frame_relief(self) -> float:
         """Return how far the frame leaves its mean height at most (length)."""
         return 0.0
+
+    def _joined(self) -> Any:
+        """Return a sparse matrix, shape (n, n), with an entry where two nodes count as side by side."""
+        return self.problem.G
 
     def _reach(self) -> float:
         """Return a proven bound of how far the load alone presses any node below the frame's lowest point (length)."""
