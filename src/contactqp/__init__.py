@@ -13,8 +13,9 @@ Heights, deflections and loads are positive downwards.
 
 Models: `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, and `ContactQP` for a matrix of your own,
 `ContactLCP` for one that is not symmetric. Solving: `solve`, `solve_many`,
-`Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load). Proofs:
-`certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts it.
+`Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load), `refine`
+(finer meshes). Proofs: `certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts
+it.
 
 PYTEST_DONT_REWRITE: pytest marks all that a wheel with a plugin holds, and warns of what was imported too early.
 """
@@ -58,6 +59,7 @@ from .proof.certify import certify
 from .proof.energy import complementary_energy, energy_bracket, feasible, potential_energy
 from .proof.residuals import Residuals
 from .proof.status import Status
+from .refinement.refine import Refinement, refine
 from .solving.loaded import load_solution
 from .solving.many import solve_many
 from .solving.solution import Solution
@@ -83,6 +85,7 @@ __all__ = [
     "MissingBackendError",
     "NotCertifiedError",
     "Plate",
+    "Refinement",
     "Residuals",
     "Solution",
     "Solver",
@@ -105,6 +108,7 @@ __all__ = [
     "read",
     "read_field",
     "read_mask",
+    "refine",
     "solve",
     "solve_many",
     "trace",

@@ -153,7 +153,7 @@ class TriangleMesh:
 
         old = len(self.points)
         middles = self.points[self.edges].mean(axis=1)
-        _, edge = KDTree(middles).query(points[old:])
+        _, edge = KDTree(middles, balanced_tree=False, compact_nodes=False).query(points[old:])
         ends = np.concatenate([np.repeat(np.arange(old), 2).reshape(-1, 2), self.edges[edge]])
         return Halving(TriangleMesh(points, triangles, self._halved_groups(ends, triangles)), ends, self, edge)
 
