@@ -185,7 +185,7 @@ def certify(
 
 @app.command()
 def new(
-    kind: Annotated[str, typer.Argument(help="Which: membrane, hexagon, dome or cable.")] = "membrane",
+    kind: Annotated[str, typer.Argument(help="Which: membrane, hexagon, dome, plate, cable or beam.")] = "membrane",
 ) -> None:
     """Write a commented case file, which solves as it is: 'contactqp new cable > case.toml'."""
     from ..io.templates import template

@@ -58,8 +58,8 @@ def shape_of(model: ContactModel, gap: Vector) -> Shape:
 
 @shape_of.register(LatticeModel)
 def _on_lattice(model: LatticeModel, gap: Vector) -> Shape:
-    nodes = model.stencil.padded_mask()
-    there = nodes | model.stencil.frame_points()
+    nodes = model.padded_mask()
+    there = nodes | model.frame_points()
     number = np.full(there.shape, -1, dtype=np.int64)
     number[there] = np.arange(np.count_nonzero(there))
     x, y = model.lattice.ring_coordinates(*np.nonzero(there))

@@ -374,6 +374,16 @@ class ContactModel(ABC):
             found["foundation"] = (self.foundation, self.units["foundation"], told)
         return found
 
+    def fields_of_answer(self, gap: Vector) -> dict[str, tuple[Vector, str, str]]:
+        """Return what follows from a gap at the nodes beside deflection and forces, as `fields` does.
+
+        Parameters
+        ----------
+        gap : array, shape (n,)
+            Length.
+        """
+        return {}
+
     @property
     def crs(self) -> str:
         """Coordinate reference system of x and y, as ``"EPSG:25832"``; ``""`` if none is known."""
@@ -429,6 +439,18 @@ class ContactModel(ABC):
         """Arrays that the stiffness consists of: two models whose arrays are equal have the same one."""
         matrix = self.problem.G
         return matrix.data, matrix.indices, matrix.indptr
+
+    def pull_per_tension(self, depths: Vector, pull_of_arms: Vector) -> Vector:
+        """Return how `pull` grows with a tension that is one number, ``self.tension`` (no unit), shape (n,).
+
+        Parameters
+        ----------
+        depths : array, shape (n,)
+            Of the nodes (length), positive downwards.
+        pull_of_arms : array, shape (n,)
+            ``pull(depths)`` without the force of the foundation (force).
+        """
+        return np.asarray(pull_of_arms / self.tension)  # type: ignore[attr-defined]
 
     def _take_tension(self, tension: float) -> None:
         """Change a copy of the model to another tension, > 0, before anything is derived from it."""
@@ -655,6 +677,18 @@ class ContactModel(ABC):
         v, load = barrier.v, self._forces_at(self._datum)
         mean = float(barrier.mean_deflection(np.maximum(load, 0.0), v))
         suction = float(barrier.mean_deflection(np.maximum(-load, 0.0), v)) if load.min() < 0 else 0.0
+        return self._scale_of(mean, suction, v)
+
+    def _scale_of(self, mean: float, suction: float, v: Vector) -> float | None:
+        """Return what `_gap_scale` does, given how far load and suction move the nodes in the mean without bounds.
+
+        Parameters
+        ----------
+        mean, suction : float
+            Mean deflections downwards and upwards (length), >= 0.
+        v : array, shape (n,)
+            What they are distributed as, > 0.
+        """
         # Vectors of this length are made seldom: on large lattices that is what takes the time.
         down = mean * v
         down /= v.mean()
@@ -771,10 +805,14 @@ class ContactModel(ABC):
         """Return the lowest of some heights: the largest where they are positive downwards."""
         return float(heights.min() if self.upwards else heights.max())
 
+    def _reaction_in_balance(self, gap: Vector) -> Vector:
+        """Return R for a gap vector (force), shape (n,)."""
+        return self.problem.reaction(gap)
+
     def force_balance(self, gap: Vector) -> ForceBalance:
         """Return the resultants of load, support, ceiling, foundation and frame for a gap vector."""
         problem, below = self.problem, self._below(gap)
-        reaction = problem.reaction(gap)
+        reaction = self._reaction_in_balance(gap)
         _, at_ceiling = problem.bounds.contact(gap, reaction / problem.stiffness.diagonal())
         foundation = 0.0 if self.nodal_foundation is None else float((self.nodal_foundation * below).sum())
         pushed = -float(reaction[at_ceiling].sum()) if at_ceiling.any() else 0.0

@@ -11,10 +11,10 @@ from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted, drawn
 from ..foundation.text import span_of
 from ..models.base import ContactModel
-from ..models.cable import Cable
 from ..models.cable_net import CableNet
 from ..models.mesh_membrane import MeshMembrane
 from ..models.on_lattice import LatticeModel
+from ..models.on_line import LineModel
 from .geometry import axes_for, figure_of, finish, mark_rows
 from .on_lattice import draw_frame_outline, mark_section, section_row, title_of_section
 from .on_line import ALONG_X, Line, cut_along, line_of
@@ -91,9 +91,9 @@ def _map_and_section(model: LatticeModel, wanted: Wanted) -> Figure:
     return figure
 
 
-@drawn.register(Cable)
-def _cable(cable: Cable, wanted: Wanted) -> Figure:
-    return _along(cable, ALONG_X, wanted)
+@drawn.register(LineModel)
+def _along_x(model: LineModel, wanted: Wanted) -> Figure:
+    return _along(model, ALONG_X, wanted)
 
 
 def _along(model: ContactModel, line: Line, wanted: Wanted) -> Figure:
