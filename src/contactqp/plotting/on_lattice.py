@@ -121,7 +121,7 @@ def _draw_free_boundary(axes: Axes, x: NDArray[Any], y: NDArray[Any], contact: N
 
 def draw_frame_outline(axes: Axes, model: LatticeModel) -> None:
     """Mark the frame points that a node is joined to."""
-    row, column = np.nonzero(model.stencil.frame_points())
+    row, column = np.nonzero(model.frame_points())
     lattice = model.lattice
     x, y = lattice.ring_coordinates(row, column)
     size = float(np.clip(4000 / max(lattice.shape) ** 1.5, 0.2, 14))

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from ..algebra.conditioning import estimated_condition, told_condition
 from ..algebra.definiteness import refuse_indefinite, ritz_value, weakly_dominant
+from ..algebra.narrow_band import solver
 from ..algebra.sparse import SparseStiffness
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
 from ..methods.amg.ordered import Ordered
 from ..methods.factors import DIRECT_SIZE, Solve
+from ..methods.free_system import FreeSystem
 from ..methods.linear import cycle_of
 from .barrier import Barrier, Preconditioner, find_barrier
-from .eigenvalue import LeastEigenvalue, affordable, proven_least_eigenvalue
+from .eigenvalue import LeastEigenvalue, affordable, narrow_band_of, proven_least_eigenvalue
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -38,6 +40,23 @@ class MatrixFacts:
 
     def __init__(self, stiffness: Stiffness, candidate: Vector | None = None) -> None:
         self.stiffness, self._candidate = stiffness, candidate
+        self._free_system: FreeSystem | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Factors cannot be pickled, and are soon made.
+        return {**self.__dict__, "_free_system": None}
+
+    def free_system(self, free: Mask) -> FreeSystem:
+        """Return the equations of some nodes, the others held; those of the last nodes asked for are kept.
+
+        Parameters
+        ----------
+        free : array of bool, shape (n,)
+        """
+        kept = self._free_system
+        if kept is None or not np.array_equal(kept.free, free):
+            self._free_system = kept = FreeSystem(self.stiffness, free)
+        return kept
 
     @property
     def kind(self) -> str:
@@ -52,7 +71,9 @@ class MatrixFacts:
         return matrix
 
     def mean_deflection(self, force: Vector) -> Vector:
-        """Return the mean deflection that forces make, shape (...): a bound by the barrier, or a rough estimate.
+        """Return the mean deflection that forces make, shape (...): a bound by the barrier, or an estimate.
+
+        That is exact, to rounding, in a narrow band, and a rough one by the diagonal elsewhere.
 
         Parameters
         ----------
@@ -61,7 +82,19 @@ class MatrixFacts:
         """
         if self.barrier is not None:
             return np.asarray(self.barrier.mean_deflection(force))
+        if self._bend is not None:
+            bent = [np.abs(self._bend(one)).mean() for one in np.atleast_2d(force)]
+            return np.asarray(bent).reshape(force.shape[:-1])
         return np.asarray((force / self.stiffness.diagonal()).max(axis=-1))
+
+    @cached_property
+    def _bend(self) -> Solve | None:
+        """What solves with a matrix in a narrow band, of which the diagonal tells next to nothing; None for others."""
+        band = narrow_band_of(self.G)
+        if band is None:
+            return None
+        least = self.least_eigenvalue
+        return solver(band, 0.0 if least is None else least.bound)
 
     @property
     def kernel(self) -> Kernel | None:
@@ -180,8 +213,9 @@ class MatrixFacts:
     def _preconditioner(self) -> Preconditioner | None:
         if self.stiffness.lattice is not None:
             return None
-        return Preconditioner(1 / np.sqrt(self.stiffness.diagonal()), self._cycle)
+        _, units, largest = self.dimensionless
+        return Preconditioner(units / np.sqrt(largest), self._cycle)
 
     def _cycle(self) -> Solve | None:
-        """Return a preconditioner of the matrix with its diagonal scaled to ones; None where there is none."""
+        """Return a preconditioner of the dimensionless matrix; None where there is none."""
         return cycle_of(self.scaled.ordered)
