@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from functools import cache
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Mask, Vector
-from ..foundation.loading import load_modules
+from ..foundation.loading import can_compile, load_modules
 from .factors import DIRECT_SIZE, Solve, factorised
 
 if TYPE_CHECKING:
@@ -121,9 +119,3 @@ def free_set_solver(stiffness: Stiffness, free: Mask) -> tuple[Solve, bool] | No
     (array([0.5]), True)
     """
     return solver(stiffness.restricted(free), _FREE_SET_TOLERANCE)
-
-
-@cache
-def can_compile() -> bool:
-    """Whether there is a compiler for kernels."""
-    return find_spec("numba") is not None

@@ -180,8 +180,9 @@ class MatrixFacts:
     def _preconditioner(self) -> Preconditioner | None:
         if self.stiffness.lattice is not None:
             return None
-        return Preconditioner(1 / np.sqrt(self.stiffness.diagonal()), self._cycle)
+        _, units, largest = self.dimensionless
+        return Preconditioner(units / np.sqrt(largest), self._cycle)
 
     def _cycle(self) -> Solve | None:
-        """Return a preconditioner of the matrix with its diagonal scaled to ones; None where there is none."""
+        """Return a preconditioner of the dimensionless matrix; None where there is none."""
         return cycle_of(self.scaled.ordered)
