@@ -12,10 +12,10 @@ PRECISIONS = ("float32", "float64")
 
 
 def lattice():
-    from contactqp.methods.multigrid import galerkin_kernels, lattice_kernels
+    from contactqp.methods.multigrid import lattice_kernels
 
+    import_module("contactqp.methods.multigrid.galerkin_kernels")
     for varying in (False, True):
-        galerkin_kernels.coarsen_lattice(varying)
         lattice_kernels.lattice_kernels(varying)
         for precision in PRECISIONS:
             lattice_kernels.exchange_kernels(varying, precision)
@@ -23,7 +23,7 @@ def lattice():
 
 def others():
     from contactqp.methods.amg import aggregation
-    from contactqp.methods.multigrid import level_kernels
+    from contactqp.methods.multigrid import level_kernels, weighted_kernels
 
     for module in (
         *("algebra.band_kernels", "algebra.conductance_kernels", "geometry.numbering_kernels"),
@@ -32,8 +32,9 @@ def others():
     ):
         import_module(f"contactqp.{module}")
     aggregation._compiled()
+    weighted_kernels.weighted_kernels()
     for own, coarser in product(PRECISIONS, repeat=2):
-        level_kernels.level_kernels(own)
+        level_kernels.level_kernels(own, coarser)
         level_kernels.transfer_kernels(own, coarser)
 
 

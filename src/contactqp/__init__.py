@@ -11,7 +11,7 @@ A frame is covered by a lattice of nodes; load and support make it a model; a so
 
 Heights, deflections and loads are positive downwards.
 
-Models: `Membrane`, `Cable`, `CableNet`, `Beam`, `Plate`, and `ContactQP` for a matrix of your own,
+Models: `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, and `ContactQP` for a matrix of your own,
 `ContactLCP` for one that is not symmetric. Solving: `solve`, `solve_many`,
 `Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load). Proofs:
 `certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts it.
@@ -44,6 +44,7 @@ from .models.beam import Beam
 from .models.cable import Cable
 from .models.cable_net import CableNet
 from .models.membrane import Membrane
+from .models.mesh_membrane import MeshMembrane
 from .models.plate import Plate
 from .paths.events import Events, events
 from .paths.load_path import LoadPath
@@ -78,6 +79,7 @@ __all__ = [
     "Lattice",
     "LoadPath",
     "Membrane",
+    "MeshMembrane",
     "MissingBackendError",
     "NotCertifiedError",
     "Plate",

@@ -19,7 +19,7 @@ def over_ripples():
 
 
 def on_two_posts():
-    """Loaded on its left half alone, it comes down to the right post first, and is lifted off it over the middle one."""
+    """Loaded on its left half, it comes down to the right post first, and is lifted off that over the middle one."""
     support = np.full(39, np.inf)
     support[19], support[31] = 0.02, 0.008
     load = np.where(np.arange(39) < 19, 1.0, 0.0)

@@ -290,6 +290,8 @@ TensionOrPair: TypeAlias = Annotated[
 ]
 TensionOrNone: TypeAlias = Annotated[Annotated[NonNegative, Tag("number")] | _File, _ByKind]
 Load: TypeAlias = Annotated[_Number | _File, _ByKind]
+AnySupport: TypeAlias = Annotated[Annotated[Ordinate, Tag("number")] | _Profile, _ByKind]
+"""A support where values of files would have no places."""
 Support: TypeAlias = Annotated[Annotated[Ordinate, Tag("number")] | _File | _Profile, _ByKind]
 FrameHeight: TypeAlias = Annotated[_Number | _Profile, _ByKind]
 
@@ -403,6 +405,31 @@ class BeamCase(Section):
     """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per length and length)."""
 
 
+class MeshMembraneCase(Section):
+    """``model = "mesh membrane"``; heights as for a membrane."""
+
+    model: Literal["mesh membrane"]
+    title: str = ""
+    file: str
+    """A mesh of triangles that meshio reads, as Gmsh's .msh; path from the case file's folder."""
+    fixed: str | list[str] | None = None
+    """Groups of the mesh whose points are fixed, by name; by default the boundary."""
+    upwards: StrictBool = False
+    """Whether heights are elevations, positive upwards."""
+    tension: Positive
+    """Force per length."""
+    load: Finite
+    """Active pressure, positive downwards (force per area)."""
+    support: AnySupport
+    """Height of the rigid profile (length), positive downwards, or upwards with upwards = true; inf (-inf) for none."""
+    frame_height: FrameHeight = 0.0
+    """Height of the fixed points (length), positive as that of the support."""
+    ceiling: AnySupport | None = None
+    """Height of a rigid surface above the membrane (length), positive as that of the support; -inf (inf) for none."""
+    foundation: Finite | None = None
+    """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per area and length)."""
+
+
 def schema() -> dict[str, Any]:
     """Return the JSON schema of case files.
 
@@ -411,5 +438,5 @@ def schema() -> dict[str, Any]:
     >>> schema()["$schema"]
     'https://json-schema.org/draft/2020-12/schema'
     """
-    found = TypeAdapter[Any](MembraneCase | CableCase | BeamCase | PlateCase).json_schema()
+    found = TypeAdapter[Any](MembraneCase | CableCase | MeshMembraneCase | BeamCase | PlateCase).json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "contactqp case file"} | found

@@ -16,16 +16,28 @@ from ..geometry.lattice import Lattice
 from ..models.beam import Beam
 from ..models.cable import Cable
 from ..models.membrane import Membrane
+from ..models.mesh_membrane import MeshMembrane
 from ..models.plate import Plate
 from .case_errors import explained
-from .case_sections import PROFILES, BeamCase, CableCase, DataFile, MaskFile, MembraneCase, PlateCase, SampledSection
+from .case_sections import (
+    PROFILES,
+    BeamCase,
+    CableCase,
+    DataFile,
+    MaskFile,
+    MembraneCase,
+    MeshMembraneCase,
+    PlateCase,
+    SampledSection,
+    Section,
+)
 from .data_files import Reading, existing_file, read_raster
 from .on_nodes import on_lattice, rows_of, upright, without_missing
 from .rasters import Raster
 from .toml_files import read_toml
 
-Model: TypeAlias = Membrane | Cable | Beam | Plate
-"""What a case file may describe."""
+Model: TypeAlias = Membrane | Cable | MeshMembrane | Beam | Plate
+"""What case files describe."""
 
 
 class Case(NamedTuple):
@@ -33,7 +45,7 @@ class Case(NamedTuple):
 
     Attributes
     ----------
-    model : Membrane, Cable, Beam or Plate
+    model : Membrane, Cable, MeshMembrane, Beam or Plate
     title : str
         For pictures and pages; ``""`` where the file has none.
     """
@@ -52,7 +64,7 @@ def load_case(path: str | Path) -> Model:
 
     Returns
     -------
-    Membrane, Cable, Beam or Plate
+    Membrane, Cable, MeshMembrane, Beam or Plate
         Where the rows of a data file go down, as those of pictures and .tif files, the model is one with
         ``rows="down"``: an array without coordinates that it is given later, such as an answer, must say its rows.
 
@@ -89,7 +101,7 @@ def read_case(path: str | Path) -> Case:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             model = model_of(case, path)
             _ = model.problem
-            return Case(model, case.title)
+            return Case(model, case.title)  # type: ignore[attr-defined]
     except ValidationError as error:
         raise CaseFileError(f"{path}: {explained(error, section)}") from None
     except CaseFileError:
@@ -130,13 +142,16 @@ class _Files:
         except CaseFileError as error:
             raise CaseFileError(f"{self.path}: {key} = {shortened(section.file)!r}: {error}") from None
 
-    def field(self, value: Any, key: str, lattice: Lattice, *, upwards: bool = False) -> Any:
-        """Return a load, a height or a tension as a model takes it; numbers of a file as an array whose rows go up."""
+    def field(self, value: Any, key: str, lattice: Lattice | None, *, upwards: bool = False) -> Any:
+        """Return a load, a height or a tension as a model takes it; numbers of a file as an array whose rows go up.
+
+        Without a lattice there are no numbers of files.
+        """
         if value is None or isinstance(value, float):
             return value
         if isinstance(value, tuple):
             return tuple(self.field(part, f"{key}[{k}]", lattice) for k, part in enumerate(value))
-        if isinstance(value, DataFile):
+        if isinstance(value, DataFile) and lattice is not None:
             raster = self.upright(value, f"{key}.file")
             absent = None
             if value.missing == "none":
@@ -257,9 +272,21 @@ def _beam(case: BeamCase, path: Path) -> Beam:
     )
 
 
-_KINDS: dict[str, tuple[type[MembraneCase | CableCase | BeamCase | PlateCase], Callable[[Any, Path], Model]]] = {
+def _mesh_membrane(case: MeshMembraneCase, path: Path) -> MeshMembrane:
+    files = _Files(path)
+    heights = {
+        name: files.field(getattr(case, name), name, None, upwards=case.upwards)
+        for name in ("support", "frame_height", "ceiling")
+    }
+    mesh = existing_file(path, "file", case.file)
+    given = {"load": case.load, "foundation": case.foundation, "fixed": case.fixed, "upwards": case.upwards}
+    return MeshMembrane.from_meshio(mesh, case.tension, **heights, **given)
+
+
+_KINDS: dict[str, tuple[type[Section], Callable[[Any, Path], Model]]] = {
     "membrane": (MembraneCase, _membrane),
     "cable": (CableCase, _cable),
+    "mesh membrane": (MeshMembraneCase, _mesh_membrane),
     "beam": (BeamCase, _beam),
     "plate": (PlateCase, _plate),
 }

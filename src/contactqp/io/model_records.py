@@ -16,6 +16,7 @@ from ..models.beam import Beam
 from ..models.cable import Cable
 from ..models.cable_net import CableNet
 from ..models.membrane import Membrane
+from ..models.mesh_membrane import MeshMembrane
 from ..models.on_area import AreaModel
 from ..models.on_lattice import LatticeModel
 from ..models.plate import Plate
@@ -170,6 +171,14 @@ def _net(model: CableNet) -> Record:
     return Record({KIND: "net", "upwards": int(model.upwards), **_units(model)}, variables)
 
 
+@record_of.register(MeshMembrane)
+def _mesh(model: MeshMembrane) -> Record:
+    attributes = {KIND: "mesh membrane", "upwards": int(model.upwards), **_units(model)}
+    if isinstance(model.tension, float):
+        return Record(attributes, {})
+    return Record(attributes, {"tension": (("triangle",), model.tension, "tension of each triangle")})
+
+
 def model_in(data: xr.Dataset) -> ContactModel:
     """Return the model that a dataset of a file holds, made anew, with all its checks.
 
@@ -295,6 +304,22 @@ def _made_net(data: xr.Dataset) -> CableNet:
     )
 
 
+def _made_mesh(data: xr.Dataset) -> MeshMembrane:
+    fixed = data["fixed"].to_numpy() > 0
+    return MeshMembrane(
+        np.column_stack([data["x"].to_numpy(), data["y"].to_numpy()]),
+        data["triangles"].to_numpy(),
+        data["tension"].to_numpy() if "tension" in data else float(data.attrs["tension"]),
+        load=data["load"].to_numpy(),
+        support=data["support"].to_numpy(),
+        fixed=fixed,
+        frame_height=data["frame_height"].to_numpy(),
+        upwards=bool(data.attrs["upwards"]),
+        units=_units_in(data),
+        **_beside(data, np.array),
+    )
+
+
 def _pair(value: Any) -> tuple[float, float]:
     x, y = np.asarray(value, dtype=np.float64)
     return float(x), float(y)
@@ -306,6 +331,7 @@ _MAKERS: dict[str, Callable[[xr.Dataset], ContactModel]] = {
     "beam": _made_beam,
     "plate": _made_plate,
     "net": _made_net,
+    "mesh membrane": _made_mesh,
 }
 
 

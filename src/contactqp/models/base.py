@@ -29,6 +29,7 @@ from ..problem.barrier import Barrier
 from ..problem.contact_problem import ContactProblem
 from ..problem.contact_qp import ContactQP
 from ..profiles.analytic import Profile
+from .sensitive import ArmTension, FrameHeights
 from .suspicions import Heights, Joints, suspicions_of
 
 if TYPE_CHECKING:
@@ -81,17 +82,17 @@ class Coordinate(NamedTuple):
 
     Attributes
     ----------
-    dimension : str
-        The axis.
+    dimension : str or tuple of str
+        The axis, or several.
     values : array
         One for each place on the axis.
-    attributes : dict of str to str
+    attributes : dict
         Unit or meaning of the values.
     """
 
-    dimension: str
+    dimension: str | tuple[str, ...]
     values: NDArray[Any]
-    attributes: dict[str, str]
+    attributes: Mapping[str, Any]
 
 
 class ContactModel(ABC):
@@ -133,6 +134,8 @@ class ContactModel(ABC):
     * `extent`, `coordinates` and `laid_out`: the size of its pictures, and its axes in a dataset;
     * ``_datum`` and `_frame_relief()`, where the frame is not at height zero: its mean depth, and how far it leaves
       that at most, length;
+    * `arm_tensions` and `heights_of_frame`, so that answers are differentiated by the tension of each arm and by the
+      height of each point of the frame;
     * `_take_tension(tension)`, so that `trace` can vary its tension; `_reach()` and `_reach_upwards()`, so that a
       support, or a ceiling, which is out of reach counts as none; `_joints()`, so that a support above the frame
       is told of.
@@ -215,6 +218,16 @@ class ContactModel(ABC):
     @abstractmethod
     def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
         """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
+
+    @property
+    def arm_tensions(self) -> Mapping[str, ArmTension]:
+        """The tension of each arm as a parameter that answers are differentiated by, by name; none by default."""
+        return {}
+
+    @property
+    def heights_of_frame(self) -> FrameHeights | None:
+        """The height of each point of the frame as a parameter that answers are differentiated by; None by default."""
+        return None
 
     @property
     def nodal_load(self) -> Vector:
@@ -395,7 +408,7 @@ class ContactModel(ABC):
         nodes, patch = np.flatnonzero(contact), np.zeros(self.size, dtype=np.int64)
         if not nodes.size:
             return patch, 0
-        count, labels = csgraph.connected_components(self.problem.G[nodes][:, nodes], directed=False)
+        count, labels = csgraph.connected_components(self._joined()[nodes][:, nodes], directed=False)
         _, first, found = np.unique(labels, return_index=True, return_inverse=True)
         patch[nodes] = np.argsort(np.argsort(first))[found] + 1
         return patch, int(count)
@@ -415,6 +428,11 @@ class ContactModel(ABC):
         values : array, shape (n,)
         """
         return ("node",), np.array(values)
+
+    @property
+    def laid_out_on(self) -> dict[str, str]:
+        """Attributes of each variable of a dataset that say what it is laid out on."""
+        return {}
 
     @property
     def stiffness_data(self) -> tuple[NDArray[Any], ...]:
@@ -443,6 +461,10 @@ class ContactModel(ABC):
     def _frame_relief(self) -> float:
         """Return how far the frame leaves its mean height at most (length)."""
         return 0.0
+
+    def _joined(self) -> Any:
+        """Return a sparse matrix, shape (n, n), with an entry where two nodes count as side by side."""
+        return self.problem.G
 
     def _reach(self) -> float:
         """Return a proven bound of how far the load alone presses any node below the frame's lowest point (length)."""

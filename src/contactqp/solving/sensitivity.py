@@ -11,11 +11,17 @@ the solution is directionally differentiable even where nodes are *biactive*, wi
 derivative then solves a contact problem of its own, whose gaps are bounded by ḃ there (Mignot, *Contrôle dans les
 inéquations variationelles elliptiques*, J. Functional Analysis 22, 1976; for complementarity problems: Facchinei and
 Pang, *Finite-Dimensional Variational Inequalities and Complementarity Problems*, 2003, section 5.4).
+
+An enclosure proves sides of the stored problem, whose numbers are rounded themselves: of a membrane that hangs unloaded
+from its frame and touches a support it says that some nodes are clear, by the last digit of their heights. What is so
+close to both is biactive, whatever rounding made of it. So a node is on a side only if that is proven, and if its
+distance from the bound, or its reaction, is not small against the problem's scales either.
 """
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Protocol, Self
@@ -26,28 +32,32 @@ from numpy.typing import ArrayLike, NDArray
 from ..backends import get_backend
 from ..errors import ContactWarning
 from ..foundation.cards import card
-from ..foundation.checks import Mask, Vector, one_of, vector
+from ..foundation.checks import Mask, Vector, finite_number, one_of, vector
 from ..foundation.outside import stacklevel_outside
 from ..foundation.text import counted
-from ..methods.linear import solver
 from ..proof.status import Status
 from .parameters import Change, OfModel, OfProblem, Parameters
 from .request import Request
 
 if TYPE_CHECKING:
     from ..backends.base import Backend
+    from ..methods.free_system import FreeSystem
     from ..models.base import ContactModel
     from ..problem.contact_problem import ContactProblem
     from ..proof.certificate import Certificate
-
-_PRECISE = 1e-12
-"""Largest force out of balance of a linear solve, relative to the largest force."""
+    from ..proof.judge import Verdict
 
 _PRECISE_DERIVATIVE = 1e-9
 """Wanted bound of a derivative that is one-sided, relative to its own scale."""
 
 _SURE = 1e-8
 """Error over the error scale up to which an answer is taken as it is."""
+
+_TOUCHING = 1e-11
+"""Distance from a bound over the gap scale, and reaction over the mean force, up to which they count as none."""
+
+_ROUNDED = 64 * float(np.finfo(np.float64).eps)
+"""What rounded heights may make of none, over their own sizes: of a distance, and of a reaction over the diagonal."""
 
 
 class Solved(Protocol):
@@ -72,6 +82,8 @@ class Solved(Protocol):
     @property
     def relative_bound(self) -> float: ...  # noqa: D102
     @property
+    def verdict(self) -> Verdict: ...  # noqa: D102
+    @property
     def certificate(self) -> Certificate | None: ...  # noqa: D102
 
     def by(  # noqa: D102
@@ -82,6 +94,7 @@ class Solved(Protocol):
         *,
         warm_start: Vector | None = None,
     ) -> Self: ...
+    def with_gap(self, gap: Vector, request: Request, note: str) -> Self: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +130,10 @@ class Sensitivity:
 
     Made by `Solution.sensitivity`. Parameters of a model: ``load``, ``support``, ``ceiling`` and ``foundation`` (if it
     has them), each with a value for each node, in the units and the sense in which the model takes them; ``tension``,
-    where it is one number; ``frame_height``, by which the whole frame is moved. Of a bare problem: ``q``, ``lower``,
-    ``upper``.
+    where it is one number, and ``arms_x`` and ``arms_y``, the tension of each arm along x and along y, see
+    `contactqp.Membrane.arm_tensions` (of a cable net ``tension``, that of each segment); ``frame_height``, by which the
+    whole frame is moved, and ``frame_heights``, that of each of its points, see `contactqp.Membrane.heights_of_frame`
+    (of a cable net ``fixed_height``). Of a bare problem: ``q``, ``lower``, ``upper``.
 
     Attributes
     ----------
@@ -126,8 +141,8 @@ class Sensitivity:
         The answer whose contact set counts: the one that was given, or, where that was not good enough, the one that
         active sets have made of it.
     biactive : array of int
-        Nodes that are not proven to be in contact or clear: there gap and reaction both vanish, as far as is known, and
-        derivatives are one-sided.
+        Nodes that are not proven to be in contact or clear, or whose distance from the bound and reaction are both no
+        more than ``tolerance``: there derivatives are one-sided.
 
     Examples
     --------
@@ -137,23 +152,46 @@ class Sensitivity:
     >>> round(sensitivity.forward(load=1.0).total_reaction, 6)
     6.5
     >>> gradient = sensitivity.adjoint(reaction=1.0)  # of the total reaction, by everything
-    >>> sorted(gradient), round(gradient["tension"], 6)
-    (['frame_height', 'load', 'support', 'tension'], -1.714286)
+    >>> sorted(gradient)
+    ['arms_x', 'frame_height', 'frame_heights', 'load', 'support', 'tension']
+    >>> round(gradient["tension"], 6), gradient["frame_heights"][1, [0, -1]].round(6)
+    (-1.714286, array([0.571429, 0.571429]))
     """
 
-    def __init__(self, solution: Solved) -> None:
+    def __init__(self, solution: Solved, tolerance: float = _TOUCHING) -> None:
+        if not 0 <= finite_number(tolerance, "tolerance") < 1:
+            raise ValueError(f"tolerance must be in [0, 1), got {tolerance:g}")
         self.solution = _exact(solution)
-        certificate = self.solution.certificate
+        certificate = _decided(self.solution) or self.solution.certificate
         if certificate is None:
             raise ValueError(
                 f"a sensitivity needs a contact set that is known, but nothing is proven of {self.solution!r}; "
                 "solve to a smaller tol, or by a backend that certifies the problem"
             )
-        self._problem = self.solution.problem
-        self._at_lower, self._at_upper = certificate.contact_lower, certificate.contact_upper
-        bounded = np.isfinite(self._problem.lower) | np.isfinite(self._problem.upper)
-        self._open: Mask = certificate.undecided & bounded
+        self._problem = problem = self.solution.problem
+        close, weak = self._thresholds(tolerance)
+        strict = np.abs(problem.reaction(self.solution.gap)) > weak
+        self._at_lower, self._at_upper = certificate.contact_lower & strict, certificate.contact_upper & strict
+        with np.errstate(invalid="ignore"):  # where there is neither a bound nor an enclosure
+            near_lower = certificate.lower - problem.lower <= close
+            near_upper = problem.upper - certificate.upper <= close
+        self._open_below, self._open_above = near_lower & ~self._held, near_upper & ~self._held
+        self._open: Mask = self._open_below | self._open_above
+        self._shut: Mask = problem.upper - problem.lower <= close
         self.biactive: NDArray[np.intp] = np.flatnonzero(self._open)
+        self._known: FreeSystem | None = None
+
+    def _thresholds(self, tolerance: float) -> tuple[Vector | float, Vector | float]:
+        """Return the distance (length) and the reaction (force) up to which a node touches a bound without a force."""
+        if not tolerance:
+            return 0.0, 0.0
+        problem, model = self._problem, self.solution.model
+        forces, heights = [problem.q], np.abs(problem.reference)
+        if model is not None:
+            forces, heights = [problem.q, model.nodal_load], np.abs(model.reference)
+        force = max(float(np.abs(each).mean()) for each in forces)
+        rounded = _ROUNDED * (problem.gap_scale + heights + np.abs(self.solution.gap))
+        return tolerance * problem.gap_scale + rounded, tolerance * force + problem.stiffness.diagonal() * rounded
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -171,7 +209,8 @@ class Sensitivity:
         Raises
         ------
         TypeError, ValueError
-            If there is no such parameter, or a direction has the wrong kind or shape.
+            If there is no such parameter, or a direction has the wrong kind or shape, or moves the two bounds of a node
+            through each other that leave it no gap.
 
         Examples
         --------
@@ -181,13 +220,13 @@ class Sensitivity:
         array([0.5, 0. ])
         """
         change = self._parameters.change(directions)
-        gap = self._moved(change) if self.biactive.size else self._moved_freely(change)
+        self._refuse_crossing(change)
+        gap, held = self._moved(change) if self.biactive.size else (self._moved_freely(change), self._held)
         reaction = self._problem.stiffness.matvec(gap) + change.reaction
-        free = ~(self._at_lower | self._at_upper | self._open)
         model = self.solution.model
         return Derivative(
             gap=gap,
-            reaction=np.where(free, 0.0, reaction),
+            reaction=np.where(held, reaction, 0.0),
             deflection=None if model is None else (change.reference - gap) * (-1.0 if model.upwards else 1.0),
         )
 
@@ -197,9 +236,10 @@ class Sensitivity:
         gap: ArrayLike = 0.0,
         deflection: ArrayLike = 0.0,
         reaction: ArrayLike = 0.0,
+        by: Collection[str] | None = None,
         biactive: Literal["refuse", "held"] = "refuse",
     ) -> dict[str, Any]:
-        """Return the derivatives of a number by all parameters: J = Σ weight times gap, deflection and reaction.
+        """Return the derivatives of a number by the parameters: J = Σ weight times gap, deflection and reaction.
 
         A total reaction is ``reaction=1.0``; the deflection of a node is ``deflection=`` with a one there. The weights
         of a nonlinear J are its own derivatives by gap, deflection and reaction.
@@ -208,6 +248,8 @@ class Sensitivity:
         ----------
         gap, deflection, reaction : float or array, shape (n,)
             Weights. A bare problem has no deflection.
+        by : collection of str, optional
+            Names of the parameters; by default all of them.
         biactive : {"refuse", "held"}
             What becomes of biactive nodes: an error, as there is no gradient, or they count as held, which is one of
             the one-sided derivatives, for methods that need no more.
@@ -215,7 +257,7 @@ class Sensitivity:
         Returns
         -------
         dict
-            Array of shape (n,), or a number, by the name of the parameter.
+            Array of the parameter's shape, or a number, by the name of the parameter.
 
         Raises
         ------
@@ -223,12 +265,16 @@ class Sensitivity:
             If nodes are biactive and to be refused: there is no gradient then, and only `forward` tells the one-sided
             derivatives.
         TypeError
-            If a weight has the wrong kind.
+            If a weight has the wrong kind, or a parameter is unknown.
         """
+        names = self.parameters if by is None else [by] if isinstance(by, str) else by
+        for name in names:
+            self._parameters.named(name)
         if one_of(biactive, ("refuse", "held"), "biactive") == "refuse" and self.biactive.size:
+            count, first = counted(self.biactive.size, "node"), self._name(int(self.biactive[0]))
             raise ValueError(
-                f"there is no gradient: {counted(self.biactive.size, 'node')} ({self._named}) may have neither gap nor "
-                "reaction, so that derivatives differ to either side; take forward() for directions"
+                f"there is no gradient: {count} (first {first}) may have neither gap nor reaction, so that derivatives "
+                "differ to either side; take forward() for directions"
             )
         size, model = self._problem.size, self.solution.model
         by_gap, by_deflection, by_reaction = (
@@ -238,13 +284,13 @@ class Sensitivity:
         if model is None and by_deflection.any():
             raise TypeError("a bare problem has no deflection; give weights for gap and reaction")
         by_reference = by_deflection * (-1.0 if model is not None and model.upwards else 1.0)
-        at_lower, at_upper = self._at_lower | self._near[0], self._at_upper | self._near[1]
+        at_lower = self._at_lower | (self._open_below & ~self._open_above)
+        at_upper = self._at_upper | self._open_above
         held, stiffness = at_lower | at_upper, self._problem.stiffness.transposed
         # Reactions of free nodes vanish, whatever changes.
         by_reaction = np.where(held, by_reaction, 0.0)
         weight = by_gap - by_reference + stiffness.matvec(by_reaction)
-        adjoint = np.zeros(size)
-        adjoint[~held] = self._solve(weight, ~held, transposed=True)
+        adjoint = self._equations(held).solve(weight, transposed=True)
         by_bound = weight - stiffness.matvec(adjoint)
         return self._parameters.gradient(
             Change(
@@ -252,7 +298,8 @@ class Sensitivity:
                 lower=np.where(at_lower, by_bound, 0.0),
                 upper=np.where(at_upper, by_bound, 0.0),
                 reference=by_reference,
-            )
+            ),
+            names,
         )
 
     @cached_property
@@ -271,15 +318,18 @@ class Sensitivity:
         """Return the derivative of the gap by one linear solve."""
         gap = np.where(self._at_upper, change.upper, np.where(self._at_lower, change.lower, 0.0))
         force = change.reaction + self._problem.stiffness.matvec(gap)
-        gap[~self._held] = -self._solve(force, ~self._held)
-        return gap
+        return gap - self._equations(self._held).solve(force)
 
-    def _moved(self, change: Change) -> Vector:
-        """Return the derivative of the gap by its own contact problem: biactive nodes may leave their bounds."""
+    def _moved(self, change: Change) -> tuple[Vector, Mask]:
+        """Return the derivative of the gap by its own contact problem, and which nodes are held in that.
+
+        Biactive nodes may leave their bounds, but not pass them.
+        """
         problem = self._problem
-        below, above = self._near
-        lower = np.where(self._at_lower | below, change.lower, np.where(self._at_upper, change.upper, -np.inf))
-        upper = np.where(self._at_upper | above, change.upper, np.where(self._at_lower, change.lower, np.inf))
+        lower = np.where(self._at_upper, change.upper, -np.inf)
+        upper = np.where(self._at_lower, change.lower, np.inf)
+        lower = np.where(self._at_lower | self._open_below, change.lower, lower)
+        upper = np.where(self._at_upper | self._open_above, change.upper, upper)
         own = problem.with_data(change.reaction, lower, upper)
         found = self.solution.by(get_backend("active-set"), own, Request.of(_PRECISE_DERIVATIVE, None, None, {}))
         if found.status is not Status.CERTIFIED:
@@ -289,32 +339,28 @@ class Sensitivity:
                 ContactWarning,
                 stacklevel=stacklevel_outside(),
             )
-        return found.gap
+        correction = own.reaction(found.gap) / own.stiffness.diagonal()
+        at_lower, at_upper = own.bounds.contact(found.gap, correction)
+        gap = np.where(at_lower, lower, np.where(at_upper, upper, own.project(found.gap)))
+        return gap, at_lower | at_upper
 
-    @cached_property
-    def _near(self) -> tuple[Mask, Mask]:
-        """Biactive nodes, by the bound that they are nearer to."""
-        problem, gap = self._problem, self.solution.gap
-        below, above = (np.isfinite(bound) & self._open for bound in (problem.lower, problem.upper))
-        above &= ~below | (problem.upper - gap < gap - problem.lower)
-        return below & ~above, above
+    def _refuse_crossing(self, change: Change) -> None:
+        crossing = np.flatnonzero(self._shut & (change.lower > change.upper))
+        if crossing.size:
+            raise ValueError(
+                f"there is no derivative: at {self._name(int(crossing[0]))} the bounds leave no gap, and the direction "
+                "moves them through each other"
+            )
 
-    def _solve(self, force: Vector, free: Mask, *, transposed: bool = False) -> Vector:
-        """Return the solution of the free nodes' equations, shape (free.sum(),)."""
-        force = force[free]
-        if not force.any():
-            return np.zeros_like(force)
-        restricted = self._problem.stiffness.restricted(free)
-        found = solver(restricted.transposed if transposed else restricted, _PRECISE)
-        if found is None:
-            raise ValueError("the matrix of the free nodes is singular in double precision")
-        return found[0](force)
+    def _equations(self, held: Mask) -> FreeSystem:
+        """Return the equations of the nodes that are not held, whose factors or hierarchy are kept."""
+        if self._known is None or not np.array_equal(self._known.free, ~held):
+            self._known = self._problem.facts.free_system(~held)
+        return self._known
 
-    @property
-    def _named(self) -> str:
+    def _name(self, node: int) -> str:
         model = self.solution.model
-        first = int(self.biactive[0])
-        return f"first node {first}" if model is None else f"first {model.describe(first)}"
+        return f"unknown {node}" if model is None else model.describe(node)
 
     def __repr__(self) -> str:
         held = int(np.count_nonzero(self._held))
@@ -332,11 +378,42 @@ class Sensitivity:
 
 def _exact(solution: Solved) -> Solved:
     """Return an answer whose contact set is proven where that can be, and whose error is next to nothing."""
-    certificate = solution.certificate
-    good = certificate is not None and not certificate.undecided.any() and solution.relative_bound <= _SURE
-    if good or not solution.finite:
+    if not solution.finite or (_decided(solution) is not None and _precise(solution)):
         return solution
     request = Request.of(min(solution.tol, _SURE), None, None, {})
+    settled = _settled(solution, request)
+    if settled is not None:
+        return settled
     start = solution.problem.project(solution.gap)
     finished = solution.by(get_backend("active-set"), solution.subject, request, warm_start=start)
     return finished if finished.certificate is not None else solution
+
+
+def _decided(solution: Solved) -> Certificate | None:
+    """Return the judge's own certificate where it decides all nodes, so that no sharper one is asked for."""
+    certificate = solution.verdict.certificate
+    return None if certificate is None or certificate.undecided.any() else certificate
+
+
+def _precise(solution: Solved) -> bool:
+    return solution.verdict.relative_bound <= _SURE or solution.relative_bound <= _SURE
+
+
+def _settled(solution: Solved, request: Request) -> Solved | None:
+    """Return the solution of the free nodes' equations, the nodes of the answer's own contact set held.
+
+    None where that has another contact set, or is not proven to be precise. It is what active sets would end with, and
+    its factors or hierarchy are those of the derivatives.
+    """
+    problem, diagonal = solution.problem, solution.problem.stiffness.diagonal()
+    at_lower, at_upper = problem.bounds.contact(solution.gap, problem.reaction(solution.gap) / diagonal)
+    gap = np.where(at_lower, problem.lower, np.where(at_upper, problem.upper, solution.gap))
+    try:
+        gap -= problem.facts.free_system(~(at_lower | at_upper)).solve(problem.reaction(gap))
+    except ValueError:
+        return None
+    same = problem.bounds.contact(gap, problem.reaction(gap) / diagonal)
+    if not all(map(np.array_equal, same, (at_lower, at_upper))):
+        return None
+    found = solution.with_gap(problem.project(gap), request, "the equations of its free nodes solved")
+    return found if _precise(found) else None

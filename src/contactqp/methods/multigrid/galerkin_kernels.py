@@ -1,9 +1,9 @@
-"""Compiled Galerkin products: the coarse operators Pᵀ A P of an operator A that is truncated at the contact nodes.
+"""Compiled Galerkin products for equal arms: Pᵀ A P of an operator A that is truncated at the contact nodes.
 
-P is bilinear interpolation by a factor 2 or 1 in each direction. A coarse entry depends on the finer operator within a
-window of as many points as the factor to each side. Where the finer operator is the same everywhere in the window, the
-entry is a constant that is known beforehand; only the surroundings of the frame and of the free boundary
-are computed.
+P is bilinear interpolation by a factor 2 or 1 in each direction, and these are the coarse operators. A coarse entry
+depends on the finer operator within a window of as many points as the factor to each side. Where the finer operator is
+the same everywhere in the window, the entry is a constant that is known beforehand; only the surroundings of the frame
+and of the free boundary are computed.
 
 ``kind`` is 0 where the operator's row is zero (a contact node, a frame point, a coarse point without a basis function),
 1 where it is the constant one, and 2 elsewhere; stencils are those of `level_kernels`.
@@ -11,13 +11,8 @@ are computed.
 
 from __future__ import annotations
 
-from functools import cache
-from typing import Any
-
 import numpy as np
 from numba import njit
-
-from .lattice_kernels import _arm, _spring
 
 _DAMPING = 16.0 / 9.0
 _TINY = float(np.finfo(np.float32).tiny)
@@ -71,12 +66,18 @@ def _touched(changed, i, reach):  # type: ignore[no-untyped-def]
     return changed[max(i - reach, 0) : i + reach + 1].any()
 
 
-def _coarsen_lattice(  # type: ignore[no-untyped-def]
+@njit(
+    f"void({_KIND}, {_ROWS}, float64, float64, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, int64, int64, boolean, "
+    "int64, int64)",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def coarsen_lattice(  # type: ignore[no-untyped-def]
     free,
     changed,
     across,
     along,
-    ground,
     constant,
     stencil,
     kind,
@@ -113,11 +114,8 @@ def _coarsen_lattice(  # type: ignore[no-untyped-def]
                 for b in range(-2, 3):
                     image[a + 3, b + 3] = 0.0
                     if 0 <= i + a < rows and 0 <= j + b < columns and free[i + a, j + b]:
-                        w = _arm(across, i + a - 1, j + b - 1)
-                        e = _arm(across, i + a - 1, j + b)
-                        s = _arm(along, i + a - 1, j + b - 1)
-                        n = _arm(along, i + a, j + b - 1)
-                        held = w + e + s + n + _spring(ground, i + a - 1, j + b - 1)
+                        w, e, s, n = across, across, along, along
+                        held = w + e + s + n
                         image[a + 3, b + 3] = held * basis[a + 3, b + 3] - (
                             w * basis[a + 3, b + 2]
                             + e * basis[a + 3, b + 4]
@@ -203,14 +201,3 @@ def set_factors(stencil, kind, changed, constant, lo, hi):  # type: ignore[no-un
                 + abs(stencil[4, i - 1, j + 1])
             )
             stencil[5, i, j] = np.float32(_DAMPING) / (stencil[0, i, j] + max(stencil[0, i, j], total))
-
-
-@cache
-def coarsen_lattice(varying: bool) -> Any:
-    """Compile the first coarsening for equal or for varying arms, or load it."""
-    arms = "float64[:, ::1]" if varying else "float64"
-    signature = (
-        f"void({_KIND}, {_ROWS}, {arms}, {arms}, {arms}, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, "
-        "int64, int64, boolean, int64, int64)"
-    )
-    return njit(signature, cache=True, nogil=True, error_model="numpy")(_coarsen_lattice)

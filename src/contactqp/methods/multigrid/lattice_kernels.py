@@ -6,7 +6,8 @@ the nodes that are `BOUNDED`, and empty where there are none. ``across`` and ``a
 along a row and along a column: numbers where all are equal, else arrays, ``across[i - 1, j - 1]`` west and
 ``along[i - 1, j - 1]`` south of the point [i, j]. ``ground[i - 1, j - 1]`` is the stiffness of an arm between the point
 and the ground: an array where arms are, and a number, which is not looked at, where all arms are equal and none of them
-ends on the ground.
+ends on the ground. ``weights`` are those of `weighted_kernels` where arms differ, and a number, which is not looked at,
+where interpolation is bilinear.
 
 A kernel works on the rows, or coarse rows, [lo, hi), so that threads can share a pass. No certificate rests on these
 kernels, so they may contract products and sums.
@@ -23,6 +24,7 @@ from numba.extending import overload
 
 from ...geometry.numbering_kernels import GRID, RUNS
 from ...geometry.runs import BOUNDED, FIRST, KIND, LAST, ROW, SUPPORTED
+from .weighted_kernels import WEIGHTS, expand_row, spread_row
 
 _FAST = {"contract", "nsz", "nnan"}
 
@@ -49,6 +51,46 @@ def _compiled_spring(ground, i, j):  # type: ignore[no-untyped-def]
     if isinstance(ground, types.Float):
         return lambda ground, i, j: 0.0
     return lambda ground, i, j: ground[i, j]
+
+
+def _spread_row(
+    row: Any, coarse: Any, i: int, row_coarsening: int, column_coarsening: int, weights: Any, lo: int, hi: int
+) -> None:
+    """Add the fine row i, restricted, to those of the coarse rows within [lo, hi): bilinearly, or by weights."""
+    if np.ndim(weights) == 0:
+        _spread_row_bilinearly(row, coarse, i, row_coarsening, column_coarsening, lo, hi)
+    else:
+        spread_row(row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi)
+
+
+@overload(_spread_row, inline="always")
+def _compiled_spread_row(row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi):  # type: ignore[no-untyped-def]
+    if isinstance(weights, types.Float):
+        return lambda row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi: _spread_row_bilinearly(
+            row, coarse, i, row_coarsening, column_coarsening, lo, hi
+        )
+    return lambda row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi: spread_row(
+        row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi
+    )
+
+
+def _expand_row(coarse: Any, i: int, row_coarsening: int, column_coarsening: int, weights: Any, row: Any) -> None:
+    """Interpolate the fine row i from the coarse lattice: bilinearly, or by weights."""
+    if np.ndim(weights) == 0:
+        _expand_row_bilinearly(coarse, i, row_coarsening, column_coarsening, row)
+    else:
+        expand_row(coarse, i, row_coarsening, column_coarsening, weights, row)
+
+
+@overload(_expand_row, inline="always")
+def _compiled_expand_row(coarse, i, row_coarsening, column_coarsening, weights, row):  # type: ignore[no-untyped-def]
+    if isinstance(weights, types.Float):
+        return lambda coarse, i, row_coarsening, column_coarsening, weights, row: _expand_row_bilinearly(
+            coarse, i, row_coarsening, column_coarsening, row
+        )
+    return lambda coarse, i, row_coarsening, column_coarsening, weights, row: expand_row(
+        coarse, i, row_coarsening, column_coarsening, weights, row
+    )
 
 
 @njit(error_model="numpy", fastmath=_FAST)
@@ -111,6 +153,20 @@ def _restrict_row(row, coarse, coarsening, weight):  # type: ignore[no-untyped-d
             coarse[j] += weight * (row[2 * j] + 0.5 * (row[2 * j - 1] + row[2 * j + 1]))
 
 
+@njit(error_model="numpy", fastmath=_FAST)
+def _spread_row_bilinearly(row, coarse, i, row_coarsening, column_coarsening, lo, hi):  # type: ignore[no-untyped-def]
+    """Add the fine row i, restricted, to those of the coarse rows within [lo, hi)."""
+    if row_coarsening == 1:
+        _restrict_row(row, coarse[i], column_coarsening, 1.0)
+    elif i % 2 == 0:
+        _restrict_row(row, coarse[i // 2], column_coarsening, 1.0)
+    else:
+        if i // 2 >= lo:
+            _restrict_row(row, coarse[i // 2], column_coarsening, 0.5)
+        if i // 2 + 1 < hi:
+            _restrict_row(row, coarse[i // 2 + 1], column_coarsening, 0.5)
+
+
 def _restrict_residual(  # type: ignore[no-untyped-def]
     omega,
     q,
@@ -126,6 +182,7 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
     coarse,
     row_coarsening,
     column_coarsening,
+    weights,
     slope,
     lo,
     hi,
@@ -192,20 +249,12 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
                     out[k] = out[k] if own[k] > low[k] and own[k] < high[k] else 0.0
         if changes > before:
             changed[i] = 1
-        if row_coarsening == 1:
-            _restrict_row(row, coarse[i], column_coarsening, 1.0)
-        elif i % 2 == 0:
-            _restrict_row(row, coarse[i // 2], column_coarsening, 1.0)
-        else:
-            if i // 2 >= lo:
-                _restrict_row(row, coarse[i // 2], column_coarsening, 0.5)
-            if i // 2 + 1 < hi:
-                _restrict_row(row, coarse[i // 2 + 1], column_coarsening, 0.5)
+        _spread_row(row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi)
     return changes, worst
 
 
 @njit(error_model="numpy", fastmath=_FAST)
-def _expand_row(coarse, i, row_coarsening, column_coarsening, row):  # type: ignore[no-untyped-def]
+def _expand_row_bilinearly(coarse, i, row_coarsening, column_coarsening, row):  # type: ignore[no-untyped-def]
     """Interpolate the fine row i bilinearly from the coarse lattice."""
     below = coarse[i // row_coarsening]
     above = coarse[min((i + row_coarsening - 1) // row_coarsening, coarse.shape[0] - 1)]
@@ -222,13 +271,13 @@ def _expand_row(coarse, i, row_coarsening, column_coarsening, row):  # type: ign
 
 
 def _correct(  # type: ignore[no-untyped-def]
-    omega, corrected, coarse, row_coarsening, column_coarsening, floor, ceiling, runs, row_start, lo, hi
+    omega, corrected, coarse, row_coarsening, column_coarsening, weights, floor, ceiling, runs, row_start, lo, hi
 ):
     """Write ω + interpolated correction, within the bounds, of the free nodes; return how many were cut short."""
     row = np.zeros(omega.shape[1])
     cut = 0
     for i in range(lo, hi):
-        _expand_row(coarse, i, row_coarsening, column_coarsening, row)
+        _expand_row(coarse, i, row_coarsening, column_coarsening, weights, row)
         for run in range(row_start[i], row_start[i + 1]):
             first, last = runs[run, FIRST], runs[run, LAST]
             old, new, step = omega[i, first:last], corrected[i, first:last], row[first:last]
@@ -277,21 +326,78 @@ def _energy_slope(omega, corrected, q, across, along, ground, runs, row_start, l
     return slope, curvature
 
 
+def _directions(  # type: ignore[no-untyped-def]
+    omega, before, older, floor, ceiling, runs, row_start, lo, hi
+):
+    """Turn ``older`` into before - older and ``before`` into ω - before, at nodes between their bounds; else into 0."""
+    for run in range(row_start[lo], row_start[hi]):
+        i, first, last, kind = runs[run, ROW], runs[run, FIRST], runs[run, LAST], runs[run, KIND]
+        for j in range(first, last):
+            own = omega[i, j]
+            free = own > 0.0 if kind == SUPPORTED else True
+            if kind == BOUNDED:
+                free = own > floor[i, j] and own < ceiling[i, j]
+            older[i, j] = before[i, j] - older[i, j] if free else 0.0
+            before[i, j] = own - before[i, j] if free else 0.0
+
+
+def _plane(omega, first_way, second_way, q, across, along, ground, runs, row_start, lo, hi):  # type: ignore[no-untyped-def]
+    """Return a·R, b·R, a·Ga, a·Gb and b·Gb for two directions a and b, which are zero at contact nodes."""
+    slope_a = slope_b = aa = ab = bb = 0.0
+    for run in range(row_start[lo], row_start[hi]):
+        i, first, last = runs[run, ROW], runs[run, FIRST], runs[run, LAST]
+        for j in range(first, last):
+            w, e = _arm(across, i - 1, j - 1), _arm(across, i - 1, j)
+            s, n = _arm(along, i - 1, j - 1), _arm(along, i, j - 1)
+            spring = _spring(ground, i - 1, j - 1)
+            own, a, b = omega[i, j], first_way[i, j], second_way[i, j]
+            reaction = w * (own - omega[i, j - 1]) + e * (own - omega[i, j + 1])
+            reaction += s * (own - omega[i - 1, j]) + n * (own - omega[i + 1, j]) + q[i, j] + spring * own
+            image_a = w * (a - first_way[i, j - 1]) + e * (a - first_way[i, j + 1])
+            image_a += s * (a - first_way[i - 1, j]) + n * (a - first_way[i + 1, j]) + spring * a
+            image_b = w * (b - second_way[i, j - 1]) + e * (b - second_way[i, j + 1])
+            image_b += s * (b - second_way[i - 1, j]) + n * (b - second_way[i + 1, j]) + spring * b
+            slope_a += a * reaction
+            slope_b += b * reaction
+            aa += a * image_a
+            ab += b * image_a
+            bb += b * image_b
+    return slope_a, slope_b, aa, ab, bb
+
+
+def _advance(  # type: ignore[no-untyped-def]
+    omega, moved, first_way, first_length, second_way, second_length, floor, ceiling, runs, row_start, lo, hi
+):
+    """Write ω + a combination of two directions; return at how many nodes that leaves the bounds."""
+    beyond = 0
+    for run in range(row_start[lo], row_start[hi]):
+        i, first, last, kind = runs[run, ROW], runs[run, FIRST], runs[run, LAST], runs[run, KIND]
+        for j in range(first, last):
+            value = omega[i, j] + (first_length * first_way[i, j] + second_length * second_way[i, j])
+            moved[i, j] = value
+            if kind == SUPPORTED:
+                beyond += value < 0.0
+            elif kind == BOUNDED:
+                beyond += value < floor[i, j] or value > ceiling[i, j]
+    return beyond
+
+
 @njit(
     [
-        f"void({GRID}, {GRID}, {GRID}, int64, int64, {GRID}, {GRID}, {RUNS}, int64[::1], int64, int64)",
+        f"void({GRID}, {GRID}, {GRID}, int64, int64, {weights}, {GRID}, {GRID}, {RUNS}, int64[::1], int64, int64)"
+        for weights in ("float64", WEIGHTS)
     ],
     cache=True,
     nogil=True,
     error_model="numpy",
 )
 def start_from_coarse(  # type: ignore[no-untyped-def]
-    omega, height, coarse, row_coarsening, column_coarsening, floor, ceiling, runs, row_start, lo, hi
+    omega, height, coarse, row_coarsening, column_coarsening, weights, floor, ceiling, runs, row_start, lo, hi
 ):
     """Write ω = height - interpolated coarse deflection, within the bounds."""
     row = np.zeros(omega.shape[1])
     for i in range(lo, hi):
-        _expand_row(coarse, i, row_coarsening, column_coarsening, row)
+        _expand_row(coarse, i, row_coarsening, column_coarsening, weights, row)
         for run in range(row_start[i], row_start[i + 1]):
             first, last = runs[run, FIRST], runs[run, LAST]
             lower = 0.0 if runs[run, KIND] == SUPPORTED else -np.inf
@@ -307,6 +413,9 @@ class LatticeKernels(NamedTuple):
 
     sweep: Any
     energy_slope: Any
+    directions: Any
+    plane: Any
+    advance: Any
 
 
 class ExchangeKernels(NamedTuple):
@@ -323,14 +432,21 @@ def lattice_kernels(varying: bool) -> LatticeKernels:
     return LatticeKernels(
         sweep=_compiled(_sweep, f"void({_bounded(varying)}, int64, int64, int64, int64)"),
         energy_slope=_compiled(_energy_slope, f"UniTuple(float64, 2)({GRID}, {problem}, int64, int64)"),
+        directions=_compiled(_directions, f"void({GRID}, {GRID}, {GRID}, {GRID}, {GRID}, {_PLACE}, int64, int64)"),
+        plane=_compiled(_plane, f"UniTuple(float64, 5)({GRID}, {GRID}, {problem}, int64, int64)"),
+        advance=_compiled(
+            _advance,
+            f"int64({GRID}, {GRID}, {GRID}, float64, {GRID}, float64, {GRID}, {GRID}, {_PLACE}, int64, int64)",
+        ),
     )
 
 
 @cache
 def exchange_kernels(varying: bool, coarser: str) -> ExchangeKernels:
     """Compile the passes for equal or varying arms and vectors of "float32" or "float64" below, or load them."""
-    coarse, exchange = f"{coarser}[:, ::1]", "int64, int64, float64, int64, int64"
-    correction = f"{GRID}, {GRID}, {coarse}, int64, int64, {GRID}, {GRID}, {_PLACE}, int64, int64"
+    weights = WEIGHTS if varying else "float64"
+    coarse, exchange = f"{coarser}[:, ::1]", f"int64, int64, {weights}, float64, int64, int64"
+    correction = f"{GRID}, {GRID}, {coarse}, int64, int64, {weights}, {GRID}, {GRID}, {_PLACE}, int64, int64"
     return ExchangeKernels(
         restrict_residual=_compiled(
             _restrict_residual,
