@@ -122,7 +122,7 @@ def test_a_bad_answer_is_written_and_read(tmp_path):
     ("change", "told"),
     [
         (lambda data: data.attrs.pop("contactqp_model"), "must tell its model by the attribute contactqp_model"),
-        (lambda data: data.attrs.update(contactqp_model="plate"), "it has 'plate'"),
+        (lambda data: data.attrs.update(contactqp_model="shell"), "it has 'shell'"),
         (lambda data: data.attrs.pop("spacing"), "it tells of a membrane, but has no 'spacing'"),
         (lambda data: data.attrs.update(tension=-1.0), "tension must be"),
     ],

@@ -107,7 +107,7 @@ class StretchedModel(LatticeModel):
     def heights_of_frame(self) -> FrameHeights:
         """By ``frame_heights``, shape (rows + 2, columns + 2): on the lattice's array with a ring about it."""
         stencil, rows, columns = self.stencil, *self.lattice.shape
-        frame = stencil.frame_points()
+        frame = self.frame_points()
         along_x = np.broadcast_to(stencil.horizontal, (rows, columns + 1))
         along_y = np.broadcast_to(stencil.vertical, (rows + 1, columns))
 

@@ -17,7 +17,7 @@ from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.text import counted
 from ..models.base import ContactModel
 from ..solving.solution import Solution
-from .monotonicity import promised, violations
+from .monotonicity import promised, violations, why_not
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -91,7 +91,7 @@ class LoadPath:
     def promised(self) -> bool:
         """Whether theory promises monotonicity: the support is lifted, or the load nowhere pulls upwards.
 
-        It does not for a tension that changes over a foundation.
+        It does not for a tension that changes over a foundation, nor for a beam or a plate.
         """
         return promised(self.model, self.parameter)
 
@@ -114,7 +114,8 @@ class LoadPath:
         if self.parameter != "load":
             raise ValueError(f"touchdown loads need a path of loads, this one's parameter is the {self.parameter}")
         if not self.promised:
-            raise ValueError("touchdown loads need a load that nowhere pulls upwards: else nodes may lift off again")
+            why = why_not(self.model)
+            raise ValueError(f"touchdown loads need a path that is promised to be monotone, but {why}: see events")
         if self.findings:
             raise ValueError(f"touchdown loads need a monotone path, but {self.findings[0]}")
         wanted = None if width is None else positive_number(width, "width")
