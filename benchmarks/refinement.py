@@ -107,7 +107,7 @@ def main():
     parser.add_argument("--plot")
     arguments = parser.parse_args()
     warnings.simplefilter("ignore", cq.ContactWarning)
-    for solve, size in ((on_lattice, 128), (on_mesh, 0.03)):
+    for solve, size in ((on_lattice, max(arguments.squares)), (on_mesh, min(arguments.targets))):
         solve(size)  # loads libraries and compiles kernels
     runs = {"uniform lattice": (on_lattice, arguments.squares), "refined mesh": (on_mesh, arguments.targets)}
     rows = {}
