@@ -160,9 +160,11 @@ class _Files:
 def _membrane(case: MembraneCase, path: Path) -> Membrane:
     files = _Files(path)
     if isinstance(case.frame, MaskFile):
+        if case.fitted:
+            raise CaseFileError(f"{path}: fitted = true needs a frame with a contour, and a mask has none")
         lattice = _masked(case, case.frame, files)
     else:
-        lattice = case.frame.build().in_crs(case.crs).lattice(case.spacing, case.origin)
+        lattice = case.frame.build().in_crs(case.crs).lattice(case.spacing, case.origin, fitted=case.fitted)
     fields = {
         "load": files.field(case.load, "load", lattice),
         "support": files.field(case.support, "support", lattice, upwards=case.upwards),

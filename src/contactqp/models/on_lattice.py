@@ -17,6 +17,7 @@ from ..geometry.numbering import Grid
 from ..geometry.on_arms import ArmField
 from .base import ContactModel, Coordinate
 from .reach import reach_on_lattice
+from .rim import Rim
 from .suspicions import Joints
 from .tension import Tension
 
@@ -84,16 +85,26 @@ class LatticeModel(ContactModel):
         self.support: Vector = self.support_at_nodes(support)
         self.ceiling = self.ceiling_at_nodes(ceiling)
         self.foundation = self.foundation_at_nodes(foundation)
-        self.stencil = Stencil(lattice.mask, *arms, self._ground())
-        needed = self.stencil.frame_points()
-        heights = frame_heights(
-            lattice, needed, self._in_own_sense(self.without_unit(frame_height, "frame_height")), self.rows
+        self._on_foundation = Stencil(lattice.mask, *arms, self._springs())
+        needed = self._on_foundation.frame_points()
+        frame_height = self._in_own_sense(self.without_unit(frame_height, "frame_height"))
+        self._heights, at_ends = (
+            np.negative(heights) if self.upwards and heights is not None else heights
+            for heights in frame_heights(lattice, needed, frame_height, self.rows)
         )
-        self._heights = np.negative(heights) if self.upwards and heights is not None else heights
+        self._rim = None if lattice.cuts is None else Rim.of(lattice, arms, at_ends)
+        self.stencil = self._held_by_rim()
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
         self._warn()
 
-    def _ground(self) -> Any:
+    def _held_by_rim(self) -> Stencil:
+        """Return the stiffness with what arms that the contour cuts short are stiffer."""
+        plain = self._on_foundation
+        if self._rim is None or not self._rim.springs.any():
+            return plain
+        return plain.on_ground(plain.ground + self.lattice.scatter(self._rim.at_nodes(self.size), fill=0.0))
+
+    def _springs(self) -> Any:
         """Return the stiffness of the foundation as a stencil takes it."""
         springs = self.nodal_foundation
         if springs is None or not springs.any():
@@ -132,7 +143,10 @@ class LatticeModel(ContactModel):
     def _take_tension(self, tension: float) -> None:
         # Of a tension that varies there is no number to go from: it is multiplied.
         factor = tension / self.tension if self._tension.constant else tension
-        self.stencil = self.stencil.tensioned(factor)
+        plain = self._on_foundation
+        self._on_foundation = plain.scaled(factor).on_ground(plain.ground)
+        self._rim = None if self._rim is None else self._rim.times(factor)
+        self.stencil = self._held_by_rim()
         constant = Tension((ArmField(tension, tension),) * len(self._tension.fields), True)
         self._tension = constant if self._tension.constant else self._tension.times(factor)
 
@@ -155,17 +169,34 @@ class LatticeModel(ContactModel):
 
     def pull(self, depths: Vector) -> Vector:
         """Return the force with which the arms pull each node upwards; see `ContactModel.pull`."""
-        return self.stencil.pull(self._padded(depths))
+        force = self._on_foundation.pull(self._padded(depths))
+        return force if self._rim is None else force + self._rim.pull(depths, self._heights)
 
     @property
     def frame_heights(self) -> Grid | None:
         """Heights of the frame on the lattice's array with a ring about it, positive as the model's; None for zero."""
         return np.negative(self._heights) if self.upwards and self._heights is not None else self._heights
 
+    @property
+    def frame_places(self) -> tuple[Vector, Vector, Vector]:
+        """Where the frame holds arms: x, y and height (length), positive as the model's; on the contour if fitted."""
+        if self._rim is None:
+            row, column = np.nonzero(self.stencil.frame_points())
+            x, y = self.lattice.ring_coordinates(row, column)
+            heights = None if self._heights is None else self._heights[row, column]
+        else:
+            x, y = self.lattice.frame_places
+            heights = self._rim.heights
+        own = np.zeros(x.size) if heights is None else heights
+        return x, y, -own if self.upwards else own
+
     def _frame_relief(self) -> float:
         if self._heights is None:
             return 0.0
-        return float(np.abs(self._heights[self.stencil.frame_points()] - self._datum).max())
+        heights = self._heights[self.stencil.frame_points()]
+        if self._rim is not None and self._rim.heights is not None:
+            heights = np.concatenate([heights, self._rim.heights])
+        return float(np.abs(heights - self._datum).max())
 
     def _frame_grid(self) -> Grid | None:
         if self._heights is None:
@@ -213,10 +244,11 @@ class LatticeModel(ContactModel):
 
     def max_slope(self, gap: Vector) -> float:
         """Return the largest difference quotient of the deflection along any arm (no unit)."""
-        heights = self._padded(self._below(gap))
+        below = self._below(gap)
+        heights = self._padded(below)
         joined = self.stencil.padded_mask() | self.stencil.frame_points()
         mask = self.stencil.padded_mask()
-        steepest = 0.0
+        steepest = 0.0 if self._rim is None else self._rim.steepest(below)
         directions = [(self.stencil.horizontal, 1), (self.stencil.vertical, 0)]
         for arms, axis in directions:
             if not arms.any():

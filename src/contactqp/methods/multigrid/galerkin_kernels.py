@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from .lattice_kernels import _arm, _spring
+from ...geometry.arm_kernels import arm_at, spring_at
+from .lattice_kernels import ArmKind, stiffness_types
 
 _DAMPING = 16.0 / 9.0
 _TINY = float(np.finfo(np.float32).tiny)
@@ -89,7 +90,7 @@ def _coarsen_lattice(  # type: ignore[no-untyped-def]
 ):
     """Write those of the rows [lo, hi) of the first coarse operator that a changed row of the lattice has a share in.
 
-    Which they are is written to ``coarse_changed``.
+    Which they are is written to ``coarse_changed``. The rows of free nodes with 2 in ``free`` have springs.
     """
     basis, image = np.zeros((7, 7)), np.zeros((7, 7))
     rows, columns = free.shape
@@ -113,11 +114,11 @@ def _coarsen_lattice(  # type: ignore[no-untyped-def]
                 for b in range(-2, 3):
                     image[a + 3, b + 3] = 0.0
                     if 0 <= i + a < rows and 0 <= j + b < columns and free[i + a, j + b]:
-                        w = _arm(across, i + a - 1, j + b - 1)
-                        e = _arm(across, i + a - 1, j + b)
-                        s = _arm(along, i + a - 1, j + b - 1)
-                        n = _arm(along, i + a, j + b - 1)
-                        held = w + e + s + n + _spring(ground, i + a - 1, j + b - 1)
+                        w = arm_at(across, i + a - 1, j + b - 1)
+                        e = arm_at(across, i + a - 1, j + b)
+                        s = arm_at(along, i + a - 1, j + b - 1)
+                        n = arm_at(along, i + a, j + b - 1)
+                        held = w + e + s + n + spring_at(ground, i + a - 1, j + b - 1)
                         image[a + 3, b + 3] = held * basis[a + 3, b + 3] - (
                             w * basis[a + 3, b + 2]
                             + e * basis[a + 3, b + 4]
@@ -206,11 +207,10 @@ def set_factors(stencil, kind, changed, constant, lo, hi):  # type: ignore[no-un
 
 
 @cache
-def coarsen_lattice(varying: bool) -> Any:
-    """Compile the first coarsening for equal or for varying arms, or load it."""
-    arms = "float64[:, ::1]" if varying else "float64"
+def coarsen_lattice(kind: ArmKind) -> Any:
+    """Compile the first coarsening for arms of a kind, or load it."""
     signature = (
-        f"void({_KIND}, {_ROWS}, {arms}, {arms}, {arms}, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, "
+        f"void({_KIND}, {_ROWS}, {stiffness_types(kind)}, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, "
         "int64, int64, boolean, int64, int64)"
     )
     return njit(signature, cache=True, nogil=True, error_model="numpy")(_coarsen_lattice)

@@ -13,7 +13,7 @@ from ...foundation.loading import once
 from ...foundation.threads import Team
 from ..multigrid import galerkin_kernels
 from .arms import Arms, coarsening
-from .lattice_kernels import exchange_kernels, lattice_kernels
+from .lattice_kernels import ArmKind, exchange_kernels, lattice_kernels
 from .level_kernels import level_kernels, transfer_kernels
 
 _COARSEST_SWEEPS = 10
@@ -57,7 +57,8 @@ class Hierarchy:
     Attributes
     ----------
     free : array of uint8, shape (rows + 2, columns + 2)
-        1 at the free nodes; at the others, which are in contact, the operators are truncated.
+        At the free nodes 1, or 2 where there are springs; at those in contact, and where springs are stiff, 0: there
+        the operators are truncated.
     changed : array of uint8, shape (rows + 2,)
         1 for the rows in which `free` has changed since the operators were computed.
     """
@@ -65,7 +66,7 @@ class Hierarchy:
     def __init__(self, lattice: Arms, team: Team) -> None:
         self.lattice, self.team = lattice, team
         self.free: NDArray[np.uint8] = lattice.layout.zeros(np.uint8)
-        self.free[1:-1, 1:-1] = lattice.layout.mask
+        self.free[1:-1, 1:-1] = lattice.marks()
         self.changed = np.ones(lattice.rows + 2, dtype=np.uint8)
         self.levels = [Level(plan, team) for plan in plans(lattice)]
         if not lattice.varying:
@@ -75,7 +76,7 @@ class Hierarchy:
         """Compute the rows of all operators that changed rows have a share in."""
         first, lattice = self.levels[0], self.lattice
         self.team.run(
-            galerkin_kernels.coarsen_lattice(lattice.varying),
+            galerkin_kernels.coarsen_lattice(lattice.kind),
             first.strips,
             self.free,
             self.changed,
@@ -157,10 +158,8 @@ class Hierarchy:
         kind, rows = np.zeros((width + 2, width + 2), dtype=np.uint8), np.ones(width + 2, dtype=np.uint8)
         target = np.zeros(6, dtype=np.float32), stencil, kind, rows
         lattice, first = self.lattice, self.levels[0]
-        coarsen = galerkin_kernels.coarsen_lattice(False)
-        coarsen(
-            example, every, lattice.across, lattice.along, lattice.ground, *target, *first.factors, False, 1, width + 1
-        )
+        coarsen = galerkin_kernels.coarsen_lattice("equal")
+        coarsen(example, every, lattice.across, lattice.along, 0.0, *target, *first.factors, False, 1, width + 1)
         galerkin_kernels.set_factors(stencil, kind, rows, target[0], 1, width + 1)
         first.constant = stencil[:, middle, middle].copy()
         for finer, level in pairwise(self.levels):
@@ -175,7 +174,7 @@ def plans(lattice: Arms) -> list[Plan]:
     """Return levels down to the smallest; a lattice that is not coarsened gets one of its own size."""
     rows, columns = lattice.rows, lattice.columns
     across, along = lattice.typical_arms
-    reach = lattice.reach * lattice.stiffest
+    reach = lattice.reach * lattice.stiffest_corrected
     found: list[Plan] = []
     while True:
         down, right = coarsening(rows, columns, across, along)
@@ -192,15 +191,15 @@ def plans(lattice: Arms) -> list[Plan]:
 
 def load_kernels(lattice: Arms) -> None:
     """Compile or load whatever a solution on ``lattice`` and its coarser ones calls."""
-    varying, precisions = lattice.varying, tuple(plan.precision for plan in plans(lattice))
-    once(("multigrid", varying, precisions), lambda: _load_kernels(varying, precisions), "multigrid")
+    kind, precisions = lattice.kind, tuple(plan.precision for plan in plans(lattice))
+    once(("multigrid", kind, precisions), lambda: _load_kernels(kind, precisions), "multigrid")
 
 
-def _load_kernels(varying: bool, precisions: tuple[str, ...]) -> None:
-    galerkin_kernels.coarsen_lattice(varying)
-    lattice_kernels(varying)
+def _load_kernels(kind: ArmKind, precisions: tuple[str, ...]) -> None:
+    galerkin_kernels.coarsen_lattice(kind)
+    lattice_kernels(kind)
     for own in precisions:
-        exchange_kernels(varying, own)
+        exchange_kernels(kind, own)
         level_kernels(own)
     for own, coarser in pairwise(precisions):
         transfer_kernels(own, coarser)
