@@ -191,8 +191,143 @@ def test_biactive_nodes_have_one_sided_derivatives():
     np.testing.assert_allclose(sensitivity.forward(q=[0.0, 1.0]).gap, [0.0, 0.0], atol=1e-9)
     np.testing.assert_allclose(sensitivity.forward(q=[0.0, -1.0]).gap, np.array([1.0, 2.0]) / 3, atol=1e-9)
     np.testing.assert_allclose(sensitivity.forward(q=[0.0, 1.0]).reaction, [0.0, 1.0], atol=1e-9)
-    with pytest.raises(ValueError, match=r"no gradient: 1 node \(first node 1\)"):
+    with pytest.raises(ValueError, match=r"no gradient: 1 node \(first unknown 1\)"):
         sensitivity.adjoint(gap=1.0)
+
+
+def admissible_to_first_order(sensitivity, found, lower=0.0, upper=0.0):
+    """Assert that no biactive node leaves its bound, or is pulled by it, as gap and reaction begin to change."""
+    problem, nodes = sensitivity.solution.problem, sensitivity.biactive
+    lower, upper = (np.broadcast_to(moved, problem.size)[nodes] for moved in (lower, upper))
+    gap, reaction, place = found.gap[nodes], found.reaction[nodes], sensitivity.solution.gap[nodes]
+    at_lower, at_upper = place - problem.lower[nodes] < 1e-9, problem.upper[nodes] - place < 1e-9
+    assert (at_lower != at_upper).all()
+    room = np.where(at_lower, gap - lower, upper - gap)
+    push = np.where(at_lower, reaction, -reaction)
+    assert (room >= 0).all()
+    assert (push >= 0).all()
+    assert (room * push == 0).all()
+
+
+def test_an_unloaded_membrane_is_not_pressed_through_its_support():
+    """The membrane hangs straight between the frame's sides, and the support meets it at the frame only."""
+    hexagon = cq.gallery.paper_hexagon()
+    unloaded = cq.Membrane(hexagon.lattice, hexagon.tension, load=0.0, support=hexagon.support)
+    sensitivity = cq.solve(unloaded, tol=1e-9).sensitivity()
+    touching = np.array(unloaded.support) < 1e-12
+    assert touching.any()
+    assert sensitivity.biactive.tolist() == np.flatnonzero(touching).tolist()
+    pressed = sensitivity.forward(load=1.0)
+    np.testing.assert_array_equal(pressed.gap[touching], 0.0)
+    assert (pressed.gap[~touching] < 0).all()
+    admissible_to_first_order(sensitivity, pressed)
+    held = exactly(cq.Membrane(hexagon.lattice, hexagon.tension, load=1e-6, support=hexagon.support))
+    np.testing.assert_allclose(pressed.gap, (held.gap - unloaded.support) / 1e-6, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(pressed.reaction[touching], held.reaction[touching] / 1e-6, rtol=1e-5)
+    lifted = sensitivity.forward(load=-1.0)
+    assert (lifted.gap > 0).all()
+    np.testing.assert_array_equal(lifted.reaction, 0.0)
+    with pytest.raises(ValueError, match="no gradient"):
+        sensitivity.adjoint(gap=1.0)
+
+
+@pytest.mark.parametrize(
+    ("support", "frame_height"),
+    [
+        (0.0, 0.0),
+        (lambda x: np.where(np.sin(9 * x) > 0, 3.0, np.nextafter(3.0, 4.0)), 3.0),
+        (lambda x: 0.3 * (x - 5) ** 2 * (np.abs(x - 5) > 1.5), 0.0),
+    ],
+    ids=["level", "level but for rounding", "in the middle"],
+)
+def test_an_unloaded_cable_is_not_pressed_through_its_support(support, frame_height):
+    unloaded = cable(load=0.0, support=support, frame_height=frame_height)
+    sensitivity = cq.solve(unloaded, tol=1e-9).sensitivity()
+    touching = np.abs(np.array(unloaded.support) - frame_height) < 1e-12
+    assert sensitivity.biactive.tolist() == np.flatnonzero(touching).tolist()
+    pressed, lifted = sensitivity.forward(load=1.0), sensitivity.forward(load=-1.0)
+    np.testing.assert_array_equal(pressed.gap[touching], 0.0)
+    assert (pressed.reaction[touching] > 0).all()
+    assert (lifted.gap > 0).all()
+    np.testing.assert_array_equal(lifted.reaction, 0.0)
+
+
+def test_a_membrane_that_barely_touches_a_ceiling():
+    """Free of everything, the membrane lies as its load bends it; the ceiling has exactly that shape."""
+    free = exactly(membrane(support=9.0))
+    under = membrane(support=9.0, ceiling=free.deflection)
+    sensitivity = cq.solve(under, tol=1e-9).sensitivity()
+    assert sensitivity.biactive.size == under.size
+    lifted, pressed = sensitivity.forward(load=-1.0), sensitivity.forward(load=1.0)
+    np.testing.assert_array_equal(lifted.gap, 0.0)
+    np.testing.assert_allclose(lifted.reaction, -under.node_area, rtol=1e-9)
+    assert (pressed.gap < 0).all()
+    np.testing.assert_array_equal(pressed.reaction, 0.0)
+    for load in (1.0, -1.0):
+        admissible_to_first_order(sensitivity, sensitivity.forward(load=load))
+
+
+def test_forces_that_balance_exactly_are_no_contact():
+    """The support has the shape that the load gives to the cable: whatever rounding leaves is no side."""
+    free = exactly(cable(support=99.0))
+    sensitivity = cq.solve(cable(support=free.deflection), tol=1e-9).sensitivity()
+    assert sensitivity.biactive.size == sensitivity.solution.problem.size
+    np.testing.assert_array_equal(sensitivity.forward(load=1.0).gap, 0.0)
+    np.testing.assert_allclose(sensitivity.forward(load=1.0).reaction, 0.1)
+    assert (sensitivity.forward(load=-1.0).gap > 0).all()
+    by_proof_alone = cq.solve(cable(support=free.deflection), tol=1e-9).sensitivity(tolerance=0.0)
+    assert by_proof_alone.biactive.size < sensitivity.biactive.size
+    with pytest.raises(ValueError, match="tolerance"):
+        cq.solve(cable()).sensitivity(tolerance=-1.0)
+
+
+def test_a_node_that_is_shut_between_its_bounds_moves_with_them():
+    problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 0.5], [0.0, 0.0], [np.inf, 0.0])
+    sensitivity = cq.solve(problem, tol=1e-9).sensitivity()
+    both = sensitivity.forward(lower=[0.0, 1.0], upper=[0.0, 1.0])
+    np.testing.assert_allclose(both.gap, [0.5, 1.0])
+    wider = sensitivity.forward(upper=[0.0, 1.0], q=[0.0, -9.0])
+    np.testing.assert_allclose(wider.gap, [0.5, 1.0])
+    with pytest.raises(ValueError, match=r"unknown 1 .*through each other"):
+        sensitivity.forward(lower=[0.0, 1.0])
+
+
+@st.composite
+def biactive_problems(draw):
+    """Problems with a known solution: nodes held by either bound, free ones, and ones that touch without a force."""
+    size = draw(st.integers(2, 8))
+    rng = np.random.default_rng(draw(st.integers(0, 10_000)))
+    where = np.array(draw(st.lists(st.sampled_from("luLUf"), min_size=size, max_size=size)))
+    where[draw(st.integers(0, size - 1))] = "L"
+    symmetric = draw(st.booleans())
+    beside = -rng.uniform(0, 1, (size, size)) * (rng.uniform(size=(size, size)) < 0.5)
+    if symmetric:
+        beside = np.triu(beside, 1) + np.triu(beside, 1).T
+    np.fill_diagonal(beside, 0.0)
+    matrix = beside + np.diag(0.3 - beside.sum(axis=1))
+    lower, upper = -rng.uniform(0.5, 1.5, size), rng.uniform(0.5, 1.5, size)
+    upper[(where == "L") & (rng.uniform(size=size) < 0.5)] = np.inf
+    gap = np.select([np.isin(where, ["l", "L"]), np.isin(where, ["u", "U"])], [lower, upper], 0.1)
+    reaction = np.select([where == "l", where == "u"], [1.0, -1.0], 0.0)
+    kind = cq.ContactQP if symmetric else cq.ContactLCP
+    return kind(matrix, reaction - matrix @ gap, lower, upper), where, rng
+
+
+@given(biactive_problems())
+def test_no_derivative_leaves_the_bounds(drawn):
+    problem, where, rng = drawn
+    sensitivity = cq.solve(problem, "active-set", tol=1e-9, on_failure="ignore").sensitivity()
+    assert sensitivity.biactive.tolist() == np.flatnonzero(np.isin(where, ["L", "U"])).tolist()
+    direction = {name: rng.normal(size=problem.size) for name in ("q", "lower", "upper")}
+    found = sensitivity.forward(**direction)
+    admissible_to_first_order(sensitivity, found, direction["lower"], direction["upper"])
+    moved = problem.with_data(
+        problem.q + 1e-6 * direction["q"],
+        problem.lower + 1e-6 * direction["lower"],
+        problem.upper + 1e-6 * direction["upper"],
+    )
+    after = cq.solve(moved, "active-set", tol=1e-12, on_failure="ignore")
+    np.testing.assert_allclose(found.gap, (after.gap - sensitivity.solution.gap) / 1e-6, atol=1e-6)
 
 
 def test_what_cannot_be_is_said():

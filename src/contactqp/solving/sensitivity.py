@@ -11,6 +11,11 @@ the solution is directionally differentiable even where nodes are *biactive*, wi
 derivative then solves a contact problem of its own, whose gaps are bounded by ḃ there (Mignot, *Contrôle dans les
 inéquations variationelles elliptiques*, J. Functional Analysis 22, 1976; for complementarity problems: Facchinei and
 Pang, *Finite-Dimensional Variational Inequalities and Complementarity Problems*, 2003, section 5.4).
+
+An enclosure proves sides of the stored problem, whose numbers are rounded themselves: of a membrane that hangs unloaded
+from its frame and touches a support it says that some nodes are clear, by the last digit of their heights. What is so
+close to both is biactive, whatever rounding made of it. So a node is on a side only if that is proven, and if its
+distance from the bound, or its reaction, is not small against the problem's scales either.
 """
 
 from __future__ import annotations
@@ -26,7 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..backends import get_backend
 from ..errors import ContactWarning
 from ..foundation.cards import card
-from ..foundation.checks import Mask, Vector, one_of, vector
+from ..foundation.checks import Mask, Vector, finite_number, one_of, vector
 from ..foundation.outside import stacklevel_outside
 from ..foundation.text import counted
 from ..methods.linear import solver
@@ -48,6 +53,12 @@ _PRECISE_DERIVATIVE = 1e-9
 
 _SURE = 1e-8
 """Error over the error scale up to which an answer is taken as it is."""
+
+_TOUCHING = 1e-11
+"""Distance from a bound over the gap scale, and reaction over the mean force, up to which they count as none."""
+
+_ROUNDED = 64 * float(np.finfo(np.float64).eps)
+"""What rounded heights may make of none, over their own sizes: of a distance, and of a reaction over the diagonal."""
 
 
 class Solved(Protocol):
@@ -126,8 +137,8 @@ class Sensitivity:
         The answer whose contact set counts: the one that was given, or, where that was not good enough, the one that
         active sets have made of it.
     biactive : array of int
-        Nodes that are not proven to be in contact or clear: there gap and reaction both vanish, as far as is known, and
-        derivatives are one-sided.
+        Nodes that are not proven to be in contact or clear, or whose distance from the bound and reaction are both no
+        more than ``tolerance``: there derivatives are one-sided.
 
     Examples
     --------
@@ -141,7 +152,9 @@ class Sensitivity:
     (['frame_height', 'load', 'support', 'tension'], -1.714286)
     """
 
-    def __init__(self, solution: Solved) -> None:
+    def __init__(self, solution: Solved, tolerance: float = _TOUCHING) -> None:
+        if not 0 <= finite_number(tolerance, "tolerance") < 1:
+            raise ValueError(f"tolerance must be in [0, 1), got {tolerance:g}")
         self.solution = _exact(solution)
         certificate = self.solution.certificate
         if certificate is None:
@@ -149,11 +162,29 @@ class Sensitivity:
                 f"a sensitivity needs a contact set that is known, but nothing is proven of {self.solution!r}; "
                 "solve to a smaller tol, or by a backend that certifies the problem"
             )
-        self._problem = self.solution.problem
-        self._at_lower, self._at_upper = certificate.contact_lower, certificate.contact_upper
-        bounded = np.isfinite(self._problem.lower) | np.isfinite(self._problem.upper)
-        self._open: Mask = certificate.undecided & bounded
+        self._problem = problem = self.solution.problem
+        close, weak = self._thresholds(tolerance)
+        strict = np.abs(problem.reaction(self.solution.gap)) > weak
+        self._at_lower, self._at_upper = certificate.contact_lower & strict, certificate.contact_upper & strict
+        with np.errstate(invalid="ignore"):  # where there is neither a bound nor an enclosure
+            near_lower = certificate.lower - problem.lower <= close
+            near_upper = problem.upper - certificate.upper <= close
+        self._open_below, self._open_above = near_lower & ~self._held, near_upper & ~self._held
+        self._open: Mask = self._open_below | self._open_above
+        self._shut: Mask = problem.upper - problem.lower <= close
         self.biactive: NDArray[np.intp] = np.flatnonzero(self._open)
+
+    def _thresholds(self, tolerance: float) -> tuple[Vector | float, Vector | float]:
+        """Return the distance (length) and the reaction (force) up to which a node touches a bound without a force."""
+        if not tolerance:
+            return 0.0, 0.0
+        problem, model = self._problem, self.solution.model
+        forces, heights = [problem.q], np.abs(problem.reference)
+        if model is not None:
+            forces, heights = [problem.q, model.nodal_load], np.abs(model.reference)
+        force = max(float(np.abs(each).mean()) for each in forces)
+        rounded = _ROUNDED * (problem.gap_scale + heights + np.abs(self.solution.gap))
+        return tolerance * problem.gap_scale + rounded, tolerance * force + problem.stiffness.diagonal() * rounded
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -171,7 +202,8 @@ class Sensitivity:
         Raises
         ------
         TypeError, ValueError
-            If there is no such parameter, or a direction has the wrong kind or shape.
+            If there is no such parameter, or a direction has the wrong kind or shape, or moves the two bounds of a node
+            through each other that leave it no gap.
 
         Examples
         --------
@@ -181,13 +213,13 @@ class Sensitivity:
         array([0.5, 0. ])
         """
         change = self._parameters.change(directions)
-        gap = self._moved(change) if self.biactive.size else self._moved_freely(change)
+        self._refuse_crossing(change)
+        gap, held = self._moved(change) if self.biactive.size else (self._moved_freely(change), self._held)
         reaction = self._problem.stiffness.matvec(gap) + change.reaction
-        free = ~(self._at_lower | self._at_upper | self._open)
         model = self.solution.model
         return Derivative(
             gap=gap,
-            reaction=np.where(free, 0.0, reaction),
+            reaction=np.where(held, reaction, 0.0),
             deflection=None if model is None else (change.reference - gap) * (-1.0 if model.upwards else 1.0),
         )
 
@@ -226,9 +258,10 @@ class Sensitivity:
             If a weight has the wrong kind.
         """
         if one_of(biactive, ("refuse", "held"), "biactive") == "refuse" and self.biactive.size:
+            count, first = counted(self.biactive.size, "node"), self._name(int(self.biactive[0]))
             raise ValueError(
-                f"there is no gradient: {counted(self.biactive.size, 'node')} ({self._named}) may have neither gap nor "
-                "reaction, so that derivatives differ to either side; take forward() for directions"
+                f"there is no gradient: {count} (first {first}) may have neither gap nor reaction, so that derivatives "
+                "differ to either side; take forward() for directions"
             )
         size, model = self._problem.size, self.solution.model
         by_gap, by_deflection, by_reaction = (
@@ -238,7 +271,8 @@ class Sensitivity:
         if model is None and by_deflection.any():
             raise TypeError("a bare problem has no deflection; give weights for gap and reaction")
         by_reference = by_deflection * (-1.0 if model is not None and model.upwards else 1.0)
-        at_lower, at_upper = self._at_lower | self._near[0], self._at_upper | self._near[1]
+        at_lower = self._at_lower | (self._open_below & ~self._open_above)
+        at_upper = self._at_upper | self._open_above
         held, stiffness = at_lower | at_upper, self._problem.stiffness.transposed
         # Reactions of free nodes vanish, whatever changes.
         by_reaction = np.where(held, by_reaction, 0.0)
@@ -274,12 +308,16 @@ class Sensitivity:
         gap[~self._held] = -self._solve(force, ~self._held)
         return gap
 
-    def _moved(self, change: Change) -> Vector:
-        """Return the derivative of the gap by its own contact problem: biactive nodes may leave their bounds."""
+    def _moved(self, change: Change) -> tuple[Vector, Mask]:
+        """Return the derivative of the gap by its own contact problem, and which nodes are held in that.
+
+        Biactive nodes may leave their bounds, but not pass them.
+        """
         problem = self._problem
-        below, above = self._near
-        lower = np.where(self._at_lower | below, change.lower, np.where(self._at_upper, change.upper, -np.inf))
-        upper = np.where(self._at_upper | above, change.upper, np.where(self._at_lower, change.lower, np.inf))
+        lower = np.where(self._at_upper, change.upper, -np.inf)
+        upper = np.where(self._at_lower, change.lower, np.inf)
+        lower = np.where(self._at_lower | self._open_below, change.lower, lower)
+        upper = np.where(self._at_upper | self._open_above, change.upper, upper)
         own = problem.with_data(change.reaction, lower, upper)
         found = self.solution.by(get_backend("active-set"), own, Request.of(_PRECISE_DERIVATIVE, None, None, {}))
         if found.status is not Status.CERTIFIED:
@@ -289,15 +327,18 @@ class Sensitivity:
                 ContactWarning,
                 stacklevel=stacklevel_outside(),
             )
-        return found.gap
+        correction = own.reaction(found.gap) / own.stiffness.diagonal()
+        at_lower, at_upper = own.bounds.contact(found.gap, correction)
+        gap = np.where(at_lower, lower, np.where(at_upper, upper, own.project(found.gap)))
+        return gap, at_lower | at_upper
 
-    @cached_property
-    def _near(self) -> tuple[Mask, Mask]:
-        """Biactive nodes, by the bound that they are nearer to."""
-        problem, gap = self._problem, self.solution.gap
-        below, above = (np.isfinite(bound) & self._open for bound in (problem.lower, problem.upper))
-        above &= ~below | (problem.upper - gap < gap - problem.lower)
-        return below & ~above, above
+    def _refuse_crossing(self, change: Change) -> None:
+        crossing = np.flatnonzero(self._shut & (change.lower > change.upper))
+        if crossing.size:
+            raise ValueError(
+                f"there is no derivative: at {self._name(int(crossing[0]))} the bounds leave no gap, and the direction "
+                "moves them through each other"
+            )
 
     def _solve(self, force: Vector, free: Mask, *, transposed: bool = False) -> Vector:
         """Return the solution of the free nodes' equations, shape (free.sum(),)."""
@@ -310,11 +351,9 @@ class Sensitivity:
             raise ValueError("the matrix of the free nodes is singular in double precision")
         return found[0](force)
 
-    @property
-    def _named(self) -> str:
+    def _name(self, node: int) -> str:
         model = self.solution.model
-        first = int(self.biactive[0])
-        return f"first node {first}" if model is None else f"first {model.describe(first)}"
+        return f"unknown {node}" if model is None else model.describe(node)
 
     def __repr__(self) -> str:
         held = int(np.count_nonzero(self._held))

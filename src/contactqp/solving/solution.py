@@ -635,15 +635,22 @@ class Solution:
         polished.report("warn")
         return polished
 
-    def sensitivity(self) -> Sensitivity:
+    def sensitivity(self, *, tolerance: float = 1e-11) -> Sensitivity:
         """Return the derivatives of this solution by load, support and whatever else it depends on.
 
         Where nodes are undecided, or the bound is above 1e-8, active sets go on from the answer first.
 
+        Parameters
+        ----------
+        tolerance : float
+            A node whose distance from a bound is at most this part of the gap scale, and whose reaction is at most
+            this part of the mean nodal force, touches the bound without a force: derivatives are one-sided there. With
+            0 proofs alone decide, which are of the stored numbers, and take their last digits at their word.
+
         Raises
         ------
-        ValueError
-            If no enclosure is known.
+        TypeError, ValueError
+            If no enclosure is known, or the tolerance is not in [0, 1).
 
         Examples
         --------
@@ -654,7 +661,7 @@ class Solution:
         """
         from .sensitivity import Sensitivity
 
-        return Sensitivity(self)
+        return Sensitivity(self, tolerance)
 
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
