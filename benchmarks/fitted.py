@@ -57,9 +57,8 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=7)
     arguments = parser.parse_args()
     warnings.simplefilter("ignore", cq.ContactWarning)
-    print(
-        f"{'frame':8s} {'nodes':>5s}   {'plain':>8s} {'N':>3s} {'error':>8s}   {'fitted':>8s} {'N':>3s} {'error':>8s}   ratio"
-    )
+    titles = [f"{name:>8s} {'N':>3s} {'error':>8s}" for name in ("plain", "fitted")]
+    print("   ".join([f"{'frame':8s} {'nodes':>5s}", *titles, "ratio"]))
     for nodes in arguments.nodes:
         for name, models, exact in problems(nodes):
             solutions = [cq.solve(model, "multigrid") for model in models]

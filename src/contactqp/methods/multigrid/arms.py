@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...algebra.stiffness import LatticeStiffness
-from ...foundation.checks import Mask
+from ...foundation.checks import Mask, Vector
 from ...geometry.numbering import Grid, Layout
-from ...geometry.runs import HELD, LOOSE, STIFF
+from ...geometry.runs import STIFF
 from .lattice_kernels import ArmKind
 
 ArmStiffness: TypeAlias = "float | Grid"
@@ -21,6 +21,9 @@ _ANISOTROPY = 3.0
 
 _STIFF = 0.75
 """So many times as stiff as its arms together must be what else holds a node to go without coarse corrections."""
+
+_SIDES = (0, -1), (0, 1), (-1, 0), (1, 0)
+"""Rows and columns by which neighbours lie away."""
 
 _SMALLEST = 9
 """Lattices of up to this many points are not coarsened."""
@@ -38,6 +41,8 @@ class Arms:
     ground : float or array, shape (rows, columns)
         Stiffness of the arms between the nodes and the ground; the number 0 where all other arms are equal, and there
         are none of these.
+    rim : bool
+        Whether the ground is known to hold nodes beside the frame alone.
 
     Attributes
     ----------
@@ -46,17 +51,29 @@ class Arms:
         ground, as where the contour cuts its arms short, outweighs the others; the coarse levels take it for frame.
     """
 
-    def __init__(self, layout: Layout, across: ArmStiffness, along: ArmStiffness, ground: ArmStiffness = 0.0) -> None:
+    def __init__(
+        self,
+        layout: Layout,
+        across: ArmStiffness,
+        along: ArmStiffness,
+        ground: ArmStiffness = 0.0,
+        *,
+        rim: bool = False,
+    ) -> None:
         self.rows, self.columns = layout.rows, layout.columns
-        self.across, self.along, self.ground = across, along, ground
+        self.across, self.along, self.ground, self._rim = across, along, ground, rim
         self.layout = layout if isinstance(ground, float) else layout.with_holds(self._holds(layout.mask, ground))
         self.typical_arms = _typical(across), _typical(along)
         self.row_coarsening, self.column_coarsening = coarsening(self.rows, self.columns, *self.typical_arms)
 
     def _holds(self, mask: Mask, ground: Grid) -> NDArray[np.uint8]:
         west, east, south, north = self._arms_of_points()
-        stiff = (ground > _STIFF * ((west + east) + (south + north))) & _beside_frame(mask)
-        return np.where(stiff, np.uint8(STIFF), np.where(ground > 0, np.uint8(HELD), np.uint8(LOOSE)))
+        stiff = ground > _STIFF * ((west + east) + (south + north))
+        if not self._rim:
+            stiff &= _beside_frame(mask)
+        holds = (ground > 0).astype(np.uint8)
+        holds[stiff] = STIFF
+        return holds
 
     def _arms_of_points(self) -> tuple[ArmStiffness, ArmStiffness, ArmStiffness, ArmStiffness]:
         """Return the west, east, south and north arm of every point."""
@@ -139,12 +156,49 @@ class Arms:
             across, along = across * down / right, along * right / down
             if isinstance(self.ground, float):
                 return Arms(Layout(mask, kinds), across, along)
-        return self._coarser_held(mask, kinds, across, along)
+            held = self._coarse_rim(mask, across, along)
+            if not self._rim:
+                springs = np.where(self.layout.mask & ~_beside_frame(self.layout.mask), self.ground, 0.0)
+                held += _gathered(_gathered(springs, down).T, right).T
+            return Arms(Layout(mask, kinds), across, along, held, rim=self._rim)
+        return self._coarser_varying(mask, kinds)
 
-    def _coarser_held(
-        self, mask: Mask, kinds: NDArray[np.uint8] | None, across: ArmStiffness, along: ArmStiffness
-    ) -> Arms | None:
-        """Return the coarser lattice of arms that vary, or of nodes that the ground holds.
+    def _coarse_rim(self, mask: Mask, across: float, along: float) -> Grid:
+        """Return by how much coarse nodes' arms to the frame are stiffer than the equal ones, for each coarse node.
+
+        The arm of a coarse node ends where that of the last node in its direction does.
+        """
+        down, right = self.row_coarsening, self.column_coarsening
+        fine, ground = np.pad(self.layout.mask, 2), np.asarray(self.ground)
+        coarse = np.pad(mask, 1)
+        row, column = np.nonzero(_beside_frame(mask))
+        own = down * (row + 1) + 1, right * (column + 1) + 1  # on the padded arrays
+
+        def share(i: NDArray[np.intp], j: NDArray[np.intp]) -> Vector:
+            """Return what the ground adds to each of the arms by which the frame holds a node."""
+            sides = sum((~fine[i + up, j + across]).astype(np.int64) for up, across in _SIDES)
+            # Of points that are no nodes, outside the array or not, nothing is made.
+            inside = np.clip(i - 2, 0, self.rows - 1), np.clip(j - 2, 0, self.columns - 1)
+            return np.asarray(ground[inside] / np.maximum(1, sides))
+
+        total = np.zeros(row.size)
+        for up, right_hand in _SIDES:
+            step, rows, arm, plain = (
+                (right, down, float(self.across), across) if right_hand else (down, right, float(self.along), along)
+            )
+            stiffness = arm + share(*own)
+            if step == 2:
+                beyond = arm + share(own[0] + up, own[1] + right_hand)
+                series = arm * (beyond / (arm + beyond)) if arm > 0 else beyond
+                stiffness = np.where(fine[own[0] + up, own[1] + right_hand], series, stiffness)
+            ends = ~coarse[row + 1 + up, column + 1 + right_hand]
+            total += np.where(ends, np.maximum(rows * stiffness - plain, 0.0), 0.0)
+        rim = np.zeros(mask.shape)
+        rim[row, column] = total
+        return rim
+
+    def _coarser_varying(self, mask: Mask, kinds: NDArray[np.uint8] | None) -> Arms | None:
+        """Return the coarser lattice of arms that vary.
 
         The arms between two coarse nodes are joined in series, and count once for each row they stand for. What the
         ground adds beside the frame makes the arms that end there stiffer, as if they were shorter.
@@ -161,19 +215,15 @@ class Arms:
 
         beside = _beside_frame(nodes)
         ground = np.where(nodes, self.ground, 0.0)
-        fine_across = np.broadcast_to(self.across, (self.rows, self.columns + 1))
-        fine_along = np.broadcast_to(self.along, (self.rows + 1, self.columns))
+        fine_across, fine_along = np.asarray(self.across), np.asarray(self.along)
         cut_across, cut_along = joined(*_cut_short(nodes, fine_across, fine_along, np.where(beside, ground, 0.0)))
-        if not isinstance(across, float):
-            across, along = map(np.ascontiguousarray, joined(fine_across, fine_along))
+        across, along = map(np.ascontiguousarray, joined(fine_across, fine_along))
         springs = _gathered(_gathered(np.where(beside, 0.0, ground), down).T, right).T
         springs = springs + _excess(cut_across, mask, 1, across) + _excess(cut_along, mask, 0, along)
-        held = springs
-        if not isinstance(across, float):
-            held = springs + ((across[:, :-1] + across[:, 1:]) + (along[:-1] + along[1:]))  # type: ignore[index]
-            mask = mask & (held > 0)
-            if not mask.any():
-                return None
+        held = springs + ((across[:, :-1] + across[:, 1:]) + (along[:-1] + along[1:]))
+        mask = mask & (held > 0)
+        if not mask.any():
+            return None
         return Arms(Layout(mask, kinds), across, along, np.ascontiguousarray(springs))
 
 
@@ -257,7 +307,7 @@ def _cut_short(mask: Mask, across: Grid, along: Grid, more: Grid) -> tuple[Grid,
     return found[0], found[1]
 
 
-def _excess(arms: Grid, mask: Mask, axis: int, plain: ArmStiffness) -> Grid:
+def _excess(arms: Grid, mask: Mask, axis: int, plain: Grid) -> Grid:
     """Return by how much a node's arms that end on the frame are stiffer than plain ones together."""
     more = np.maximum(arms - plain, 0.0)
     before, after = (more[:, :-1], more[:, 1:]) if axis == 1 else (more[:-1], more[1:])
@@ -273,7 +323,7 @@ def arms_of(stencil: LatticeStiffness, layout: Layout) -> Arms:
     ground = np.broadcast_to(stencil.ground, stencil.mask.shape)[box_rows, box_columns]
     ground = np.where(layout.mask, ground, 0.0)
     if stencil.even:
-        return Arms(layout, float(stencil.horizontal), float(stencil.vertical), ground)
+        return Arms(layout, float(stencil.horizontal), float(stencil.vertical), ground, rim=stencil.rimmed)
     across = np.broadcast_to(stencil.horizontal, (stencil.mask.shape[0], stencil.mask.shape[1] + 1))
     along = np.broadcast_to(stencil.vertical, (stencil.mask.shape[0] + 1, stencil.mask.shape[1]))
     across = across[box_rows, box_columns.start : box_columns.stop + 1]
