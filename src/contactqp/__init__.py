@@ -45,6 +45,8 @@ from .models.cable_net import CableNet
 from .models.membrane import Membrane
 from .paths.events import Events, events
 from .paths.load_path import LoadPath
+from .paths.march import march
+from .paths.time_history import TimeHistory
 from .paths.touchdown import Touchdown
 from .paths.trace import trace
 from .problem.contact_lcp import ContactLCP
@@ -82,6 +84,7 @@ __all__ = [
     "Solver",
     "Status",
     "Stencil",
+    "TimeHistory",
     "Touchdown",
     "UnknownBackendError",
     "UnsuitableProblemError",
@@ -94,6 +97,7 @@ __all__ = [
     "feasible",
     "gallery",
     "load_solution",
+    "march",
     "potential_energy",
     "profiles",
     "read",

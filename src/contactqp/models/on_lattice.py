@@ -150,6 +150,11 @@ class LatticeModel(ContactModel):
         constant = Tension((ArmField(tension, tension),) * len(self._tension.fields), True)
         self._tension = constant if self._tension.constant else self._tension.times(factor)
 
+    def _take_foundation(self, foundation: Vector) -> None:
+        self.foundation = foundation
+        self._on_foundation = self._on_foundation.on_ground(self._springs())
+        self.stencil = self._held_by_rim()
+
     def describe(self, node: int) -> str:
         """Name a node by its number and coordinates, for messages: ``node 3 (x=0.5, y=1)``."""
         return self.lattice.describe(node)
