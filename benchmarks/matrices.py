@@ -49,7 +49,7 @@ from meshes import (
 )
 
 MEASURES = ["mesh", "delaunay", "beam", "plate", "space", "jumps", "disk", "clarabel"]
-MESHES, RANDOM, BEAMS, PLATES = (149, 299, 999), (100_000, 1_000_000), (1000, 10_000), (63, 127)
+MESHES, RANDOM, BEAMS, PLATES = (149, 299, 999), (100_000, 1_000_000), (1000, 10_000, 100_000), (63, 127)
 CUBES, JUMPS, DISKS = (64, 100), (1.0, 1e3, 1e6), (1 / 256,)
 
 

@@ -48,15 +48,33 @@ def membrane_over_bowl(matrix, share, places):
     return matrix, 2.0 * share - matrix @ gap
 
 
-def beam_on_floor(nodes, drop=0.5, length=10.0):
-    """Return matrix and forces of a pinned beam of bending stiffness and weight one, above a floor, and its spacing.
+def beam_on_floor(nodes, drop=0.5, length=10.0, clamped=False):
+    """Return matrix and forces of a beam of bending stiffness and weight one, above a floor, and its spacing.
 
-    Its ends lie ``drop`` above the floor; the free span at each is (24 drop)^(1/4) long.
+    Its ends, pinned or clamped, lie ``drop`` above the floor; the free span at each is (24 drop)^(1/4) long if they are
+    pinned, and (72 drop)^(1/4) if they are clamped. The stiffness over the cube of the spacing is rounded to 24
+    bits, so that the rows 1, -4, 6, -4, 1 of the matrix sum up to zero as they should: of many nodes, what rounding
+    leaves in their place is a foundation that is stiffer than the beam.
     """
     spacing = length / (nodes + 1)
-    second = sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(nodes, nodes)).tocsr()
-    matrix = sparse.csr_array(second.T @ second) / spacing**3
-    return matrix, spacing - matrix @ np.full(nodes, drop), spacing
+    stiffness = float(np.float32(1 / spacing**3))
+    rows = [np.full(nodes - abs(k), entry) for k, entry in zip(range(-2, 3), (1.0, -4.0, 6.0, -4.0, 1.0), strict=True)]
+    rows[2][[0, -1]] = 7.0 if clamped else 5.0
+    integers = sparse.diags_array(rows, offsets=[-2, -1, 0, 1, 2]).tocsr()
+    return integers * stiffness, spacing - drop * stiffness * integers.sum(axis=1), spacing
+
+
+def beam_over_floor(nodes, drop=0.5, length=10.0, clamped=False):
+    """Return the gap between the beam of `beam_on_floor` and its floor at the nodes, in closed form."""
+    x = length * np.arange(1, nodes + 1) / (nodes + 1)
+    x = np.minimum(x, length - x)
+    if clamped:
+        a = (72 * drop) ** 0.25
+        depth = x**4 / 24 - a * x**3 / 9 + a**2 * x**2 / 12
+    else:
+        a = (24 * drop) ** 0.25
+        depth = x**4 / 24 - a * x**3 / 12 + a**3 * x / 12
+    return np.where(x < a, drop - depth, 0.0)
 
 
 def plate_over_bowl(nodes):

@@ -2,11 +2,19 @@
 
 import numpy as np
 import pytest
-from meshes import beam_on_floor, bowl_in_space, bowl_on_a_checkerboard, bowl_on_triangles, plate_over_bowl
+from meshes import (
+    beam_on_floor,
+    beam_over_floor,
+    bowl_in_space,
+    bowl_on_a_checkerboard,
+    bowl_on_triangles,
+    plate_over_bowl,
+    scattered,
+)
 from rational import assert_certificate_holds, exact_solution
+from scipy import sparse
 
 import contactqp as cq
-from contactqp.methods.active_set.primal_dual import ActiveSet
 from contactqp.problem.eigenvalue import proven_least_eigenvalue
 
 
@@ -23,15 +31,59 @@ def test_a_beam_leaves_the_floor_where_it_should(nodes):
     assert solution.certificate.undecided.sum() == 0
 
 
-def test_a_long_beam_comes_to_rest_in_few_steps():
-    matrix, q, spacing = beam_on_floor(10_000)
-    iteration = ActiveSet(matrix, q, np.zeros(q.size), monotone=False)
-    steps = 1
-    while not iteration.step().finished:
-        steps += 1
-        assert steps < 60
-    contact = np.flatnonzero(iteration.omega == 0)
-    assert abs((contact[0] + 1) * spacing - 12.0**0.25) <= spacing
+@pytest.mark.parametrize("clamped", [False, True])
+@pytest.mark.parametrize(("nodes", "undecided"), [(10_000, 0), pytest.param(100_000, 40, marks=pytest.mark.slow)])
+def test_a_long_beam_is_solved_and_proven_in_twice_the_precision(nodes, undecided, clamped):
+    """Its condition is that of the fourth power of the number of nodes: up to 10¹⁹."""
+    matrix, q, spacing = beam_on_floor(nodes, clamped=clamped)
+    solution = cq.solve(cq.ContactQP(matrix, q))
+    assert solution.status == cq.Status.CERTIFIED
+    assert solution.iterations < 40
+    assert solution.certificate.gap_bound < 1e-8
+    assert np.count_nonzero(solution.certificate.undecided) <= undecided
+    touchdown = ((72 if clamped else 24) * 0.5) ** 0.25
+    contact = np.flatnonzero(solution.contact)
+    assert abs((contact[0] + 1) * spacing - touchdown) <= spacing
+    assert abs((nodes - contact[-1]) * spacing - touchdown) <= spacing
+    assert np.abs(solution.gap - beam_over_floor(nodes, clamped=clamped)).max() < 0.3 * spacing**2 + 1e-8
+    assert "in twice the precision" in repr(solution.certificate) or solution.certificate.least_eigenvalue.bound > 1e-15
+
+
+def test_a_long_beam_of_two_bounds_on_springs_and_under_tension_is_proven():
+    """Rows of bending, tension and a foundation; a floor below, a ceiling that the middle is pressed against."""
+    nodes = 6000
+    matrix, _, spacing = beam_on_floor(nodes)
+    line = sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(nodes, nodes)) / spacing
+    matrix = sparse.csr_array(matrix + 0.1 * line + 0.01 * spacing * sparse.eye_array(nodes))
+    x = spacing * np.arange(1, nodes + 1)
+    load = np.where(x < 5, 1.0, -1.5) * spacing
+    problem = cq.ContactQP(matrix, -load, -0.3, 0.4, gap_scale=0.3)
+    solution = cq.solve(problem)
+    assert solution.status == cq.Status.CERTIFIED
+    certificate = solution.certificate
+    assert certificate.undecided.sum() == 0
+    assert certificate.contact_upper.any()
+    assert certificate.contact_lower.any()
+    start = cq.solve(problem, warm_start=solution)
+    assert start.iterations == 1
+    assert np.abs(start.gap - solution.gap).max() < 1e-9
+
+
+def test_a_long_beam_in_any_order_is_recognised():
+    matrix, q, _ = beam_on_floor(5000)
+    problem = cq.ContactQP(matrix, q)
+    shuffled, forces, order = scattered(problem)
+    solution = cq.solve(cq.ContactQP(shuffled, forces))
+    assert solution.status == cq.Status.CERTIFIED
+    assert np.abs(solution.gap - cq.solve(problem).gap[order]).max() < 1e-8
+
+
+def test_a_long_beam_whose_rounded_entries_are_indefinite_is_refused():
+    """Rows that sum up to less than zero are a foundation that pulls, stiffer than a beam of 50,000 nodes."""
+    matrix, q, _ = beam_on_floor(50_000)
+    matrix.data[matrix.data > 5.5 * matrix.data.min() * -0.25] *= 1 - 2.0**-50
+    with pytest.raises(ValueError, match="G must be positive definite"):
+        cq.ContactQP(matrix, q)
 
 
 def test_a_mesh_with_obtuse_angles_is_solved_and_proven():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from meshes import scattered
+from meshes import bowl_in_space, bowl_on_triangles, scattered
 from scipy import sparse
 from strategies import m_matrices, problems
 
@@ -15,7 +15,7 @@ from contactqp.algebra.stencil import Stencil
 from contactqp.methods.active_set.primal_dual import ActiveSet
 from contactqp.methods.amg import sparse_kernels
 from contactqp.methods.amg.aggregation import _aggregate, _compiled, aggregate
-from contactqp.methods.amg.amg import Amg
+from contactqp.methods.amg.amg import Amg, Level
 from contactqp.methods.factors import DIRECT_SIZE
 
 
@@ -44,29 +44,74 @@ def test_compiled_groups_are_those_of_plain_python(matrix):
     assert ((plain >= 0) == (np.diff(indptr) > 0)).all()
 
 
-@given(m_matrices(min_size=2, max_size=9), st.integers(0, 99))
-def test_sweeps_are_triangular_solves(matrix, seed):
+@given(m_matrices(min_size=2, max_size=9), st.integers(0, 99), st.data())
+def test_sweeps_of_blocks_are_triangular_solves(matrix, seed, data):
     rng = np.random.default_rng(seed)
     size = len(matrix)
     rows = sparse.csr_array(matrix)
     arguments = rows.indptr.astype(np.int32), rows.indices.astype(np.int32), rows.data
     inverse, right, x = 1 / np.diag(matrix), rng.normal(size=size), rng.normal(size=size)
-    forwards, backwards, zero, rest = x.copy(), x.copy(), np.empty(size), np.empty(size)
-    sparse_kernels.sweep(*arguments, inverse, right, forwards, False)
-    sparse_kernels.sweep(*arguments, inverse, right, backwards, True)
-    sparse_kernels.sweep_from_zero(*arguments, inverse, right, zero)
-    sparse_kernels.residual(*arguments, inverse, right, x, rest)
-    lower, upper = np.tril(matrix), np.triu(matrix)
-    np.testing.assert_allclose(forwards, x + np.linalg.solve(lower, right - matrix @ x), rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(backwards, x + np.linalg.solve(upper, right - matrix @ x), rtol=1e-9, atol=1e-9)
+    edge = data.draw(st.integers(0, size), label="edge")
+    blocks = [(0, edge), (edge, size)]
+    apart = np.arange(size) < edge
+    lower = np.where(apart[:, None] == apart, np.tril(matrix), 0.0)
+    zero, rest, backwards = np.full(size, np.nan), np.empty(size), x.copy()
+    for block in blocks:
+        sparse_kernels.sweep_from_zero(*arguments, inverse, right, zero, *block)
+    for block in reversed(blocks):
+        sparse_kernels.residual_after_sweep(*arguments, inverse, zero, rest, *block)
+        sparse_kernels.sweep_backwards(*arguments, inverse, right, x, backwards, *block)
     np.testing.assert_allclose(zero, np.linalg.solve(lower, right), rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(rest, right - matrix @ x, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(rest, right - matrix @ zero, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(backwards, x + np.linalg.solve(lower.T, right - matrix @ x), rtol=1e-9, atol=1e-9)
+
+
+def test_what_is_held_stays_as_it_is():
+    """Two unknowns of three, in rows 2, -1 and -1, 2, -1 and -1, 2; the middle one is held."""
+    rows = sparse.csr_array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
+    arguments = rows.indptr.astype(np.int32), rows.indices.astype(np.int32), rows.data
+    inverse, right, x, copy = np.array([0.5, 0.0, 0.5]), np.array([2.0, 7.0, 4.0]), np.empty(3), np.empty(3)
+    sparse_kernels.sweep_from_zero(*arguments, inverse, right, x, 0, 3)
+    assert x.tolist() == [1.0, 0.0, 2.0]
+    sparse_kernels.residual_after_sweep(*arguments, inverse, x, copy, 0, 3)
+    assert copy.tolist() == [0.0, 0.0, 0.0]
+    up = sparse.csr_array([[0.5], [1.0], [0.5]])
+    way = up.indptr.astype(np.int32), up.indices.astype(np.int32), up.data
+    sparse_kernels.add_prolongation(*way, inverse, np.array([4.0]), x, copy, 0, 3)
+    assert x.tolist() == copy.tolist() == [3.0, 0.0, 4.0]
+    sparse_kernels.sweep_backwards(*arguments, inverse, right, copy, x, 0, 3)
+    assert x.tolist() == [1.0, 0.0, 2.0]
+
+
+@given(m_matrices(min_size=2, max_size=9), st.integers(0, 99))
+def test_projected_sweeps(matrix, seed):
+    rng = np.random.default_rng(seed)
+    size = len(matrix)
+    rows = sparse.csr_array(matrix)
+    arguments = rows.indptr.astype(np.int32), rows.indices.astype(np.int32), rows.data
+    inverse, right, x = 1 / np.diag(matrix), rng.normal(size=size), rng.normal(size=size)
     projected, held = x.clip(0), np.zeros(size)
     sparse_kernels.projected_sweeps(*arguments, inverse, right, held, np.zeros(0), projected, 1)
     twin = x.clip(0)
     for i in range(size):
         twin[i] = max(0.0, twin[i] - (matrix[i] @ twin + right[i]) / matrix[i, i])
     np.testing.assert_allclose(projected, twin, rtol=1e-9, atol=1e-12)
+
+
+def iterations(matrix, amg):
+    """Return how many steps of conjugate gradients take a right-hand side of ones down to 1e-8."""
+    x, residual = np.zeros(matrix.shape[0]), np.ones(matrix.shape[0])
+    direction, before = np.zeros(matrix.shape[0]), 1.0
+    count = 0
+    while np.abs(residual).max() > 1e-8:
+        count += 1
+        preconditioned = amg.cycle(residual)
+        product: Any = residual @ preconditioned
+        direction = preconditioned + product / before * direction
+        before = product
+        step = product / (direction @ (matrix @ direction))
+        x, residual = x + step * direction, residual - step * (matrix @ direction)
+    return count
 
 
 def test_the_cycle_is_a_symmetric_preconditioner_whose_iterations_hardly_grow():
@@ -82,20 +127,38 @@ def test_the_cycle_is_a_symmetric_preconditioner_whose_iterations_hardly_grow():
         assert first @ amg.cycle(first) > 0
         assert not amg.cycle(first)[~open_nodes].any()
         assert "operator complexity 1." in repr(full)
-        x, residual = np.zeros(problem.size), np.ones(problem.size)
-        direction, before = np.zeros(problem.size), 1.0
-        count = 0
-        while np.abs(residual).max() > 1e-8:
-            count += 1
-            preconditioned = full.cycle(residual)
-            product: Any = residual @ preconditioned
-            direction = preconditioned + product / before * direction
-            before = product
-            step = product / (direction @ (problem.G @ direction))
-            x, residual = x + step * direction, residual - step * (problem.G @ direction)
-        counts.append(count)
+        counts.append(iterations(problem.G, full))
     assert max(counts) <= 20
     assert counts[1] <= counts[0] + 6
+
+
+def test_large_matrices_are_swept_in_blocks_and_the_cycle_stays_symmetric():
+    matrix = sparse.csr_array(bowl_on_triangles(349)[0])
+    amg = Amg(matrix)
+    assert len(amg.levels[0].blocks) == 2
+    assert amg.levels[0].blocks[-1][1] == matrix.shape[0]
+    assert amg.levels[-1].blocks == [(0, amg.levels[-1].matrix.shape[0])]
+    rng = np.random.default_rng(0)
+    first, second = rng.normal(size=(2, matrix.shape[0]))
+    assert first @ amg.cycle(second) == pytest.approx(second @ amg.cycle(first), rel=1e-8)
+    assert iterations(matrix, amg) <= 20
+    np.testing.assert_array_equal(amg.cycle(first), amg.cycle(first))
+
+
+def test_blocks_that_hang_together_too_much_are_one():
+    """Each row of the first half has an entry of the diagonal's size in the second."""
+    size = 200_000
+    beside = sparse.diags_array([np.full(size // 2, -1.0), np.full(size // 2, -1.0)], offsets=[-size // 2, size // 2])
+    near = sparse.diags_array([np.full(size - 1, -0.001), np.full(size - 1, -0.001)], offsets=[-1, 1])
+    for diagonal, blocks in ((0.5, 1), (1.5, 2)):
+        matrix = (sparse.diags_array(np.full(size, diagonal)) + near + beside).tocsr()
+        assert len(Level(matrix, np.ones(size)).blocks) == blocks
+
+
+def test_cycles_in_space_are_as_few_as_in_the_plane():
+    """The entries of the coarser matrices are weak, thirty in a row; aggregates cover them all the same."""
+    matrix, _ = bowl_in_space(32)
+    assert iterations(sparse.csr_array(matrix), Amg(sparse.csr_array(matrix))) <= 14
 
 
 def test_a_step_by_hand():

@@ -276,3 +276,29 @@ def test_its_barrier_is_a_parabola_that_holds_exactly():
     for row in exact:
         assert sum(a * b for a, b in zip(row, v, strict=True)) >= Fraction(barrier.least_s) - slack
     assert barrier.kind in ("paraboloid", "strip along x", "strip along y")
+
+
+def test_derivatives_by_arms_and_by_points_of_the_frame_are_differences():
+    def model(tension, height):
+        lattice = cq.Frame.disk(1.0, center=(0.03, 0.02)).lattice(0.3, (0.0, 0.0), fitted=True)
+        return cq.Membrane(lattice, tension, load=1.0, support=0.12, frame_height=height)
+
+    def height(x, y):
+        return 0.01 * x - 0.02 * y
+
+    base = model((1.0, 2.0), height)
+    weights = np.random.default_rng(0).normal(size=base.size)
+    gradient = cq.solve(base, tol=1e-12).sensitivity().adjoint(deflection=weights)
+    step = 1e-6
+    for name, direction in (("arms_x", (1.0, 0.0)), ("arms_y", (0.0, 1.0))):
+        ends = [
+            weights
+            @ cq.solve(model(tuple(np.add((1.0, 2.0), np.multiply(direction, way))), height), tol=1e-13).deflection
+            for way in (step, -step)
+        ]
+        assert gradient[name].sum() == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5)
+    ends = [
+        weights @ cq.solve(model((1.0, 2.0), lambda x, y, way=way: height(x, y) + way), tol=1e-13).deflection
+        for way in (step, -step)
+    ]
+    assert gradient["frame_heights"].sum() == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5)

@@ -26,6 +26,21 @@ def test_gradients_of_batches_are_those_of_finite_differences():
         assert float((by * direction).sum()) == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5)
 
 
+def test_gradients_solve_nothing_again(monkeypatch):
+    from contactqp.solving import layer as module
+
+    layer = Layer(CABLE)
+    load = LOADS.copy()
+    layer.answers(load, SUPPORTS)
+    monkeypatch.setattr(module, "Solver", lambda *given, **more: pytest.fail("it was solved again"))
+    by_load, _ = layer.gradients(LOADS, SUPPORTS, WEIGHTS)
+    monkeypatch.undo()
+    load *= 1.1  # of the caller's own array the layer keeps nothing
+    np.testing.assert_array_equal(layer.gradients(LOADS, SUPPORTS, WEIGHTS)[0], by_load)
+    other = layer.gradients(load, SUPPORTS, WEIGHTS)[0]
+    np.testing.assert_array_equal(other, Layer(CABLE).gradients(load, SUPPORTS, WEIGHTS)[0])
+
+
 def test_wrong_arguments_are_told():
     with pytest.raises(TypeError, match="model must be a Membrane"):
         Layer(CABLE.problem)  # type: ignore[arg-type]

@@ -6,6 +6,8 @@ time are known before the work begins.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +33,8 @@ _NEARLY_DENSE = 0.3
 """Part of all entries from which no order makes the band much narrower, and a dense factorisation is the faster one."""
 
 _GROW = 1 + 16 * UNIT_ROUNDOFF
+
+_POWER_STEPS = 8
 
 
 class Band:
@@ -69,7 +73,8 @@ class Band:
         self._values = given.data
         self._place: NDArray[np.int64] = np.arange(self.size)
         self.width = self._width_as_given = self._width()
-        if self.width and given.nnz < _NEARLY_DENSE * self.size**2:
+        narrowest = int(np.diff(matrix.indptr).max()) // 2  # a row has no more entries on either side than its width
+        if self.width > narrowest and given.nnz < _NEARLY_DENSE * self.size**2:
             pattern = (np.ones(matrix.nnz, dtype=np.int8), matrix.indices, matrix.indptr)
             order = csgraph.reverse_cuthill_mckee(sparse.csr_matrix(pattern, shape=matrix.shape), symmetric_mode=True)
             as_given, self._place = self._place, np.empty(self.size, dtype=np.int64)
@@ -84,6 +89,19 @@ class Band:
     def place(self) -> NDArray[np.int64]:
         """Where each unknown stands in the band, shape (n,)."""
         return self._place
+
+    def inwards(self, vector: Vector) -> Vector:
+        """Return a vector in the order of the band."""
+        ordered = np.empty_like(vector)
+        ordered[self._place] = vector
+        return ordered
+
+    @cached_property
+    def lower_half(self) -> tuple[NDArray[np.int64], NDArray[np.int64], Vector]:
+        """Rows and columns in the band, and values, of the entries on and below the diagonal."""
+        row, column = self._place[self._rows], self._place[self._columns]
+        below = row >= column
+        return row[below], column[below], self._values[below]
 
     def _width(self) -> int:
         return int(np.abs(self._place[self._rows] - self._place[self._columns]).max())
@@ -105,13 +123,11 @@ class Band:
 
         if self._nearly_dense:
             return self._dense_factors(shift)
-        row, column = self._place[self._rows], self._place[self._columns]
-        below = row >= column
-        row, column = row[below], column[below]
+        row, column, values = self.lower_half
         if float(self.size) * self.width**2 > _LITTLE_WORK:
-            return self._wide_factors(row, column, self._values[below], shift)
+            return self._wide_factors(row, column, values, shift)
         band = np.zeros((self.width + 1, self.size), order="F")
-        band[row - column, column] = self._values[below]
+        band[row - column, column] = values
         band[0] -= shift
         factor, pivot = lapack.dpbtrf(band, lower=1, overwrite_ab=1)
         if pivot or not np.isfinite(factor[0]).all():
@@ -150,8 +166,6 @@ class Band:
         b is its width before the unknowns were ordered. So ‖ΔA‖ is at most g times the trace, and at most
         g (2b + 1) times the largest a_ii, and A has no eigenvalue below σ less that.
         """
-        if self.factors(shift) is None:
-            return 0.0
         diagonal = np.abs(self._matrix.diagonal())
         width = self._width_as_given if self._nearly_dense else self.width
         growth = gamma(width + 2)
@@ -159,7 +173,8 @@ class Band:
         # The diagonal was rounded when it was shifted.
         rounded = 2 * UNIT_ROUNDOFF * (float(diagonal.max()) + shift)
         lost = growth / (1 - growth) * spread + rounded + self.size * UNDERFLOW
-        return float(max(0.0, (shift - 1.01 * lost) / _GROW))
+        bound = float((shift - 1.01 * lost) / _GROW)
+        return bound if bound > 0 and self.factors(shift) is not None else 0.0
 
 
 class Factors:
@@ -181,6 +196,10 @@ class Factors:
         """The factor's diagonal, shape (n,)."""
         return np.asarray(self._factor.diagonal() if self._place is None else self._factor[0])
 
+    def estimated_least_eigenvalue(self) -> float:
+        """Return an estimate of the matrix's smallest eigenvalue; it is no bound."""
+        return estimated_least_eigenvalue(self.solve, self.pivots.size)
+
     def solve(self, force: Vector) -> Vector:
         """Return the solution x of Gx = f."""
         load_modules("scipy.linalg.lapack")
@@ -191,3 +210,20 @@ class Factors:
         ordered = np.empty_like(force)
         ordered[self._place] = force
         return np.asarray(lapack.dpbtrs(self._factor, ordered, lower=1)[0])[self._place]
+
+
+def estimated_least_eigenvalue(solve: Callable[[Vector], Vector], size: int) -> float:
+    """Return an estimate of the smallest eigenvalue: the Rayleigh quotient after some steps of inverse iteration.
+
+    Parameters
+    ----------
+    solve : callable
+        Returns the solution x of Gx = f.
+    size : int
+        Unknowns.
+    """
+    before = vector = np.random.default_rng(0).uniform(-1, 1, size)
+    for _ in range(_POWER_STEPS):
+        before = vector / np.sqrt((vector * vector).sum())
+        vector = solve(before)
+    return float((before * vector).sum() / (vector * vector).sum())

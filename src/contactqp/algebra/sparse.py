@@ -178,11 +178,15 @@ class SparseStiffness(Stiffness):
         return SparseStiffness((sparse.diags_array(2 * self.diagonal()) - self._modulus).tocsr())
 
     def dimensionless(self) -> tuple[Self, Vector, float]:
-        """Return the matrix with a diagonal of ones, the units of its unknowns, and the largest diagonal entry."""
-        diagonal = self.diagonal()
-        largest = float(diagonal.max())
-        units = np.sqrt(largest / diagonal)
-        return self.balanced(units / np.sqrt(largest)), units, largest
+        """Return the matrix with a diagonal of about ones, the units of its unknowns, and a largest diagonal entry.
+
+        All of them are powers of two, and the scaled diagonal lies between 1/2 and 2: so nothing is rounded, which an
+        ill-conditioned matrix would not forgive.
+        """
+        exponents = np.round(-0.5 * np.log2(self.diagonal())).astype(int)
+        least = int(exponents.min())
+        units = np.ldexp(1.0, exponents - least)
+        return self.balanced(np.ldexp(1.0, exponents)), units, float(np.ldexp(1.0, -2 * least))
 
     def in_units(self, units: float | Vector) -> Self:
         """See `Stiffness.in_units`."""

@@ -184,7 +184,7 @@ class Stiffness(ABC):
 
     @abstractmethod
     def dimensionless(self) -> tuple[Stiffness, float | Vector, float]:
-        """Return a multiple of G with a largest diagonal entry of 1, its units, and the largest diagonal entry of G.
+        """Return a multiple of G with a largest diagonal entry of about 1, its units, and what it was divided by.
 
         Returns
         -------

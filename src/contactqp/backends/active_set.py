@@ -10,11 +10,14 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..algebra.band import Band
+from ..algebra.narrow_band import stiff_band
 from ..foundation.checks import Vector
 from ..foundation.loading import load_modules, working_seconds
 from ..foundation.threads import Team
 from ..methods.active_set.cases import CaseSolver
 from ..methods.active_set.iteration import ActiveSets
+from ..methods.active_set.narrow import NarrowActiveSet
 from ..methods.active_set.policy import PolicyIteration
 from ..methods.active_set.renumbered import Renumbered
 from ..methods.factors import DIRECT_SIZE
@@ -105,6 +108,11 @@ def prepared(problem: ContactProblem) -> ActiveSets:
     bounds = problem.lower, problem.bounds.upper_if_any
     if not problem.symmetric:
         return PolicyIteration(problem.G, problem.q, *bounds)
+    if not problem.is_z_matrix and problem.kernel is None:
+        band = Band(problem.G)
+        stiff = stiff_band(band)
+        if stiff is not None:
+            return NarrowActiveSet(band, stiff, problem.q, *bounds)
     return Renumbered(problem.facts.ordered, problem.q, *bounds, problem.is_z_matrix, problem.kernel)
 
 

@@ -12,6 +12,8 @@ import time
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cache
+from importlib.util import find_spec
 from threading import Timer
 from typing import Any
 
@@ -119,6 +121,12 @@ def once(key: Hashable, work: Callable[[], object], kernels: str) -> None:
     if key not in _done:
         _apart(work, kernels)
         _done.add(key)
+
+
+@cache
+def can_compile() -> bool:
+    """Whether there is a compiler for kernels."""
+    return find_spec("numba") is not None
 
 
 def _loaded(name: str) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from itertools import pairwise
 from types import TracebackType
 from typing import Any
@@ -46,14 +47,35 @@ class Team:
         return list(pairwise(edges))
 
     def run(self, kernel: Callable[..., Any], strips: list[tuple[int, int]], *arguments: Any) -> list[Any]:
-        """Return ``kernel(*arguments, first, last)`` for every strip."""
-        if len(strips) == 1:
-            return [kernel(*arguments, *strips[0])]
+        """Return ``kernel(*arguments, first, last)`` for every strip, of which there may be more than threads."""
+        shares = min(self.threads, len(strips))
+        if shares == 1:
+            return [kernel(*arguments, *strip) for strip in strips]
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1)
-        others = [self._pool.submit(kernel, *arguments, *strip) for strip in strips[1:]]
-        own = kernel(*arguments, *strips[0])
-        return [own, *(other.result() for other in others)]
+        edges = [len(strips) * k // shares for k in range(shares + 1)]
+
+        def work(first: int, last: int) -> list[Any]:
+            return [kernel(*arguments, *strip) for strip in strips[first:last]]
+
+        others = [self._pool.submit(work, first, last) for first, last in pairwise(edges[1:])]
+        results = work(0, edges[1])
+        for other in others:
+            results += other.result()
+        return results
+
+
+@cache
+def shared_team() -> Team:
+    """Return the team of the whole process, for work that has no beginning and no end of its own.
+
+    A process that was forked makes one of its own: threads do not come with it.
+    """
+    return Team()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=shared_team.cache_clear)
 
 
 def _cores() -> int:

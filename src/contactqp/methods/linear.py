@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from functools import cache
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Mask, Vector
-from ..foundation.loading import load_modules
+from ..foundation.loading import can_compile, load_modules
 from .factors import DIRECT_SIZE, Solve, factorised
 
 if TYPE_CHECKING:
@@ -53,13 +51,25 @@ def solver(stiffness: Stiffness, tolerance: float) -> tuple[Solve, bool] | None:
     lattice = stiffness.lattice
     if lattice is not None:
         load_modules("contactqp.methods.multigrid.linear", kernels="multigrid")
-        from .multigrid.linear import solve_linear
+        from .multigrid.linear import LatticeSolver
 
-        return lambda force: solve_linear(lattice, force, tolerance), False
+        kept = LatticeSolver(lattice)
+        return lambda force: kept.solve(force, tolerance), False
+    iterations = iterated(stiffness, tolerance)
+    return None if iterations is None else (iterations, False)
+
+
+def iterated(stiffness: Stiffness, tolerance: float) -> Solve | None:
+    """Return a function that solves G x = f by conjugate gradients with smoothed aggregation; see `solver`.
+
+    None also without numba.
+    """
+    if not can_compile():
+        return None
     from .amg.amg import conjugate_gradients
 
     solve = conjugate_gradients(stiffness.tocsr())
-    return None if solve is None else (lambda force: solve(force, tolerance), False)
+    return None if solve is None else lambda force: solve(force, tolerance)
 
 
 def hierarchy_cycle(matrix: csr_array, candidate: Vector) -> Solve | None:
@@ -121,9 +131,3 @@ def free_set_solver(stiffness: Stiffness, free: Mask) -> tuple[Solve, bool] | No
     (array([0.5]), True)
     """
     return solver(stiffness.restricted(free), _FREE_SET_TOLERANCE)
-
-
-@cache
-def can_compile() -> bool:
-    """Whether there is a compiler for kernels."""
-    return find_spec("numba") is not None

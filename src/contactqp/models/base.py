@@ -29,6 +29,7 @@ from ..problem.barrier import Barrier
 from ..problem.contact_problem import ContactProblem
 from ..problem.contact_qp import ContactQP
 from ..profiles.analytic import Profile
+from .sensitive import ArmTension, FrameHeights
 from .suspicions import Heights, Joints, suspicions_of
 
 if TYPE_CHECKING:
@@ -134,6 +135,8 @@ class ContactModel(ABC):
     * `extent`, `coordinates` and `laid_out`: the size of its pictures, and its axes in a dataset;
     * ``_datum`` and `_frame_relief()`, where the frame is not at height zero: its mean depth, and how far it leaves
       that at most, length;
+    * `arm_tensions` and `heights_of_frame`, so that answers are differentiated by the tension of each arm and by the
+      height of each point of the frame;
     * `_take_tension(tension)`, so that `trace` can vary its tension; `_reach()` and `_reach_upwards()`, so that a
       support, or a ceiling, which is out of reach counts as none; `_joints()`, so that a support above the frame
       is told of.
@@ -216,6 +219,16 @@ class ContactModel(ABC):
     @abstractmethod
     def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
         """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
+
+    @property
+    def arm_tensions(self) -> Mapping[str, ArmTension]:
+        """The tension of each arm as a parameter that answers are differentiated by, by name; none by default."""
+        return {}
+
+    @property
+    def heights_of_frame(self) -> FrameHeights | None:
+        """The height of each point of the frame as a parameter that answers are differentiated by; None by default."""
+        return None
 
     @property
     def nodal_load(self) -> Vector:

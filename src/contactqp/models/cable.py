@@ -120,7 +120,7 @@ class Cable(LatticeModel):
         )
         lattice = Cable.lattice_of(span, nodes, spacing=spacing, start=start)
         tensions = Tension.of(lattice, of_x_and_y(plain(tension, "tension", "force", names)), "x")
-        self.start = float(start)
+        self.start, self._stiffness_of_tension = float(start), 1 / lattice.spacing
         super().__init__(
             *(lattice, tensions, load, support, frame_height),
             area=lattice.spacing,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,7 @@ from .cable_net_arguments import (
     refuse_overflow,
 )
 from .reach import reach_on_lattice
+from .sensitive import ArmTension, FrameHeights, Values
 from .suspicions import Joints
 
 if TYPE_CHECKING:
@@ -409,6 +411,40 @@ class CableNet(ContactModel):
         force = self.force_density * self._rises(depths)
         pulled = self._sum_at_nodes(np.column_stack([force, -force]).ravel())
         return pulled if self.foundation is None else pulled + self.foundation * depths
+
+    @property
+    def arm_tensions(self) -> Mapping[str, ArmTension]:
+        """By ``tension``, shape (segments,)."""
+
+        def pull(depths: Vector, tensions: Vector) -> Vector:
+            force = tensions / self.length * self._rises(depths)
+            return self._sum_at_nodes(np.column_stack([force, -force]).ravel())
+
+        def share(depths: Vector, weights: Vector) -> Vector:
+            first, second = self._everywhere(weights, np.zeros(self.fixed.size))[self.segments].T
+            return np.asarray(self._rises(depths) / self.length * (first - second))
+
+        return {"tension": ArmTension((len(self.segments),), pull, share)}
+
+    @property
+    def heights_of_frame(self) -> FrameHeights:
+        """By ``fixed_height``, shape (fixed points,)."""
+        holds = np.isin(self.fixed, self.segments[self._holding].ravel())
+        one, other = self.segments.T
+
+        def force(depths: Values) -> Vector:
+            everywhere = self._everywhere(np.zeros(self.size), depths)
+            pulled = self.force_density * (everywhere[one] - everywhere[other])
+            return -self._sum_at_nodes(np.column_stack([pulled, -pulled]).ravel())
+
+        def share(weights: Vector) -> Values:
+            everywhere = self._everywhere(weights, np.zeros(self.fixed.size))
+            found = np.zeros(len(self.positions))
+            np.add.at(found, one, self.force_density * everywhere[other])
+            np.add.at(found, other, self.force_density * everywhere[one])
+            return found[self.fixed]
+
+        return FrameHeights("fixed_height", holds / holds.sum(), force, share)
 
     def _rises(self, heights: Vector) -> Vector:
         """Return for each segment the ordinate of its first end less that of its second one."""

@@ -18,6 +18,7 @@ from ..geometry.on_arms import ArmField
 from .base import ContactModel, Coordinate
 from .reach import reach_on_lattice
 from .rim import Rim
+from .sensitive import ArmTension, FrameHeights
 from .suspicions import Joints
 from .tension import Tension
 
@@ -55,6 +56,8 @@ class LatticeModel(ContactModel):
     _pressure_unit: str
     _tension_unit: str
     _foundation_unit: str
+    _stiffness_of_tension: float = 1.0
+    """Stiffness of an arm over its tension: of a membrane's the width that an arm stands for over its length."""
 
     def __init__(
         self,
@@ -176,6 +179,62 @@ class LatticeModel(ContactModel):
         """Return the force with which the arms pull each node upwards; see `ContactModel.pull`."""
         force = self._on_foundation.pull(self._padded(depths))
         return force if self._rim is None else force + self._rim.pull(depths, self._heights)
+
+    @property
+    def arm_tensions(self) -> Mapping[str, ArmTension]:
+        """By ``arms_x``, shape (rows, columns + 1), and on a membrane ``arms_y``, shape (rows + 1, columns)."""
+        names = ("arms_x", "arms_y")[: len(self._tension.fields)]
+        return {name: self._tension_along(axis) for name, axis in zip(names, (1, 0), strict=False)}
+
+    def _tension_along(self, axis: int) -> ArmTension:
+        """Return how the arms along an axis of the lattice's array pull."""
+        rows, columns = self.lattice.shape
+        numbering, factor = self.stencil.numbering, self._stiffness_of_tension
+        inner = (slice(1, -1), slice(None)) if axis == 1 else (slice(None), slice(1, -1))
+
+        def rises(grid: Grid) -> Grid:
+            return np.asarray(np.diff(grid[inner], axis=axis))
+
+        rim, heights = self._rim, self._heights
+
+        def pull(depths: Vector, tensions: Grid) -> Vector:
+            force = numbering.to_vector(-np.diff(factor * tensions * rises(self._padded(depths)), axis=axis))
+            return force if rim is None else force + rim.pull_along(axis, depths, heights, factor * tensions)
+
+        def share(depths: Vector, weights: Vector) -> Grid:
+            found = factor * rises(self._padded(depths)) * rises(numbering.to_grid(weights, ring=1))
+            if rim is not None:
+                rim.add_share(axis, depths, heights, factor * weights, found)
+            return found
+
+        return ArmTension((rows, columns + 1) if axis == 1 else (rows + 1, columns), pull, share)
+
+    @property
+    def heights_of_frame(self) -> FrameHeights:
+        """By ``frame_heights``, shape (rows + 2, columns + 2): on the lattice's array with a ring about it."""
+        stencil, rows, columns = self.stencil, *self.lattice.shape
+        frame = stencil.frame_points()
+        along_x = np.broadcast_to(stencil.horizontal, (rows, columns + 1))
+        along_y = np.broadcast_to(stencil.vertical, (rows + 1, columns))
+
+        rim = self._rim
+
+        def force(depths: Grid) -> Vector:
+            moved = -stencil.pull(np.where(frame, depths, 0.0))
+            return moved if rim is None else moved + rim.force_of(depths, self.size)
+
+        def share(weights: Vector) -> Grid:
+            grid = stencil.numbering.to_grid(weights, ring=1)
+            found = np.zeros(frame.shape)
+            found[1:-1, 1:] += along_x * grid[1:-1, :-1]
+            found[1:-1, :-1] += along_x * grid[1:-1, 1:]
+            found[1:, 1:-1] += along_y * grid[:-1, 1:-1]
+            found[:-1, 1:-1] += along_y * grid[1:, 1:-1]
+            if rim is not None:
+                np.add.at(found, (rim.row, rim.column), rim.springs * weights[rim.node])
+            return np.where(frame, found, 0.0)
+
+        return FrameHeights("frame_heights", frame / frame.sum(), force, share)
 
     @property
     def frame_heights(self) -> Grid | None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..foundation.checks import Vector
+from ..foundation.checks import Mask, Vector
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 
@@ -26,6 +26,10 @@ class Rim:
         Number of the node of each arm.
     row, column : array of int, shape (k,)
         The frame point in its direction, on the array with a ring.
+    arm_row, arm_column : array of int, shape (k,)
+        Place of each arm on the array of those along rows, or of those along columns.
+    along_x : array of bool, shape (k,)
+        Whether it is the first of these.
     length : array, shape (k,)
         θ: in spacings.
     arms, springs : array, shape (k,)
@@ -37,6 +41,9 @@ class Rim:
     node: NDArray[np.int64]
     row: NDArray[np.intp]
     column: NDArray[np.intp]
+    arm_row: NDArray[np.intp]
+    arm_column: NDArray[np.intp]
+    along_x: Mask
     length: Vector
     arms: Vector
     springs: Vector
@@ -50,14 +57,13 @@ class Rim:
         number = lattice.numbering.to_grid(np.arange(lattice.size), ring=1, fill=-1)
         across = np.broadcast_to(arms[0], (rows, columns + 1))
         along = np.broadcast_to(arms[1], (rows + 1, columns))
-        row, column = np.minimum(ends.node_row, ends.row), np.minimum(ends.node_column, ends.column)
+        x = ends.along_x
+        row, column = np.minimum(ends.node_row, ends.row) - x, np.minimum(ends.node_column, ends.column) - ~x
         stiffness = np.empty(ends.length.size)
-        x, y = ends.along_x, ~ends.along_x
-        stiffness[x] = across[row[x] - 1, column[x]]
-        stiffness[y] = along[row[y], column[y] - 1]
+        stiffness[x], stiffness[~x] = across[row[x], column[x]], along[row[~x], column[~x]]
         node = number[ends.node_row, ends.node_column].astype(np.int64)
         springs = stiffness * (1 / ends.length - 1)
-        return cls(node, ends.row, ends.column, ends.length, stiffness, springs, heights)
+        return cls(node, ends.row, ends.column, row, column, x, ends.length, stiffness, springs, heights)
 
     def times(self, factor: float) -> Rim:
         """Return the rim whose arms are ``factor`` times as stiff."""
@@ -76,13 +82,33 @@ class Rim:
         frame : array, shape (rows + 2, columns + 2), or None
             Depths of the frame points at which the arms are taken to end.
         """
-        own = depths[self.node]
-        if self.heights is None or frame is None:
-            force = self.springs * own
-        else:
-            beyond = frame[self.row, self.column] - self.heights
-            force = self.springs * (own - self.heights) + self.arms * beyond
+        force = self.arms * self._more(depths, frame)
         return np.asarray(np.bincount(self.node, weights=force, minlength=depths.size), dtype=np.float64)
+
+    def _more(self, depths: Vector, frame: Grid | None) -> Vector:
+        """Return what each arm pulls more than one that ends on the lattice, over its stiffness there (length)."""
+        own, more = depths[self.node], 1 / self.length - 1
+        if self.heights is None or frame is None:
+            return np.asarray(more * own)
+        return np.asarray(more * (own - self.heights) + (frame[self.row, self.column] - self.heights))
+
+    def pull_along(self, axis: int, depths: Vector, frame: Grid | None, stiffness: Grid) -> Vector:
+        """Return what `pull` does, of the arms along an axis alone, if all these had other stiffnesses, shape (n,)."""
+        own = self.along_x if axis == 1 else ~self.along_x
+        arms = stiffness[self.arm_row[own], self.arm_column[own]]
+        force = arms * self._more(depths, frame)[own]
+        return np.asarray(np.bincount(self.node[own], weights=force, minlength=depths.size), dtype=np.float64)
+
+    def add_share(self, axis: int, depths: Vector, frame: Grid | None, weights: Vector, total: Grid) -> None:
+        """Add the derivatives of Σ weights times `pull_along` by the stiffnesses, in place."""
+        own = self.along_x if axis == 1 else ~self.along_x
+        place = self.arm_row[own], self.arm_column[own]
+        total[place] += (self._more(depths, frame) * weights[self.node])[own]
+
+    def force_of(self, frame: Grid, size: int) -> Vector:
+        """Return the forces on the nodes, downwards, by which springs follow a frame that moves so, shape (n,)."""
+        force = self.springs * frame[self.row, self.column]
+        return np.asarray(np.bincount(self.node, weights=force, minlength=size), dtype=np.float64)
 
     def steepest(self, depths: Vector) -> float:
         """Return the largest difference of depths along an arm over its length in spacings (length)."""

@@ -238,9 +238,10 @@ class ContactProblem(Posed):
     def scaled(self) -> tuple[Self, Units]:
         """Return the dimensionless problem and its units.
 
-        The largest diagonal entry of its matrix is 1, and its gap scale; a matrix gets a diagonal of ones, by a unit of
-        length for each unknown, which keeps it symmetric and its signs. The gap zero is always admissible: where the
-        bounds exclude it, the dimensionless gap is counted from the admissible one nearest to it.
+        The largest diagonal entry of its matrix is 1, and its gap scale; a matrix gets a diagonal between 1/2 and 2,
+        by units of length for its unknowns that are powers of two, so that it stays symmetric and nothing is rounded.
+        The gap zero is always admissible: where the bounds exclude it, the dimensionless gap is counted from the
+        admissible one nearest to it.
         """
         q, bounds, units = self.in_units(self.gap_scale)
         origin = units.origin

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..algebra.balanced import balanced
-from ..algebra.band import Band, Factors
+from ..algebra.band import Band
 from ..algebra.conductances import m_matrix_below
+from ..algebra.narrow_band import WIDEST, NarrowBand, is_narrow
 from ..algebra.sparse import SparseStiffness
 from ..foundation.checks import Vector
 from ..foundation.rounding import UNIT_ROUNDOFF
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 _TRIALS = (0.9, 0.5, 0.1, 1e-2, 1e-4)
 """Parts of an estimate of the smallest eigenvalue that are tried as a proven bound, in turn."""
 
-_POWER_STEPS = 8
-
 
 @dataclass(frozen=True)
 class LeastEigenvalue:
@@ -39,7 +38,7 @@ class LeastEigenvalue:
     units : array, shape (n,)
         Powers of two, the diagonal of D.
     proof : str
-        What it rests on: ``"an M-matrix below"`` or ``"factors"``.
+        What it rests on: ``"an M-matrix below"``, ``"factors"`` or ``"factors in twice the precision"``.
     """
 
     bound: float
@@ -70,16 +69,16 @@ def proven_least_eigenvalue(
     """Return a proven lower bound of the smallest eigenvalue of DGD; None where none is proven.
 
     That is so for a matrix that is not positive definite, to rounding, and for one with positive entries that cannot be
-    paid (see `contactqp.algebra.conductances`) whose factorisation would take too long. Of few unknowns the factors are
-    tried first, whose bound comes closer; of many the M-matrix below, which takes the time of a linear solve.
+    paid (see `contactqp.algebra.conductances`) whose factorisation would take too long. Of few unknowns, and
+    in a narrow band, the factors are tried first, whose bound comes closer; else the M-matrix below, which takes the
+    time of a linear solve.
 
     Parameters
     ----------
     matrix : csr_array, shape (n, n)
         Symmetric; D brings its diagonal into [1/2, 2).
     cycle : callable, optional
-        Returns a preconditioner of the matrix with its diagonal scaled to ones, None where there is none; by default it
-        is made where it is needed.
+        Returns a preconditioner of DGD, None where there is none; by default it is made where it is needed.
 
     Examples
     --------
@@ -91,9 +90,12 @@ def proven_least_eigenvalue(
     exponents = np.round(-0.5 * np.log2(matrix.diagonal()))
     units = np.ldexp(1.0, exponents.astype(int))
     proofs: dict[str, Callable[[csr_array, Vector], float]]
-    proofs = {"factors": _by_factors, "an M-matrix below": partial(_by_m_matrix_below, cycle=cycle)}
-    if matrix.shape[0] > DIRECT_SIZE:
-        proofs = dict(reversed(proofs.items()))
+    by_m_matrix = {"an M-matrix below": partial(_by_m_matrix_below, cycle=cycle)}
+    by_factors = {"factors": _by_factors}
+    if matrix.shape[0] <= DIRECT_SIZE or _has_narrow_band(matrix):
+        proofs = {**by_factors, "factors in twice the precision": _by_accurate_factors, **by_m_matrix}
+    else:
+        proofs = {**by_m_matrix, **by_factors}
     for name, proof in proofs.items():
         bound = proof(matrix, units)
         if bound > 0:
@@ -104,13 +106,24 @@ def proven_least_eigenvalue(
 def _by_factors(matrix: csr_array, units: Vector) -> float:
     """Return a bound by Cholesky factors in a band, 0 where there is none."""
     scaled = _scaled(matrix, units)
-    if scaled is None:
-        return 0.0
-    band = Band(scaled)
-    factors = band.factors() if band.affordable else None
+    band = None if scaled is None else Band(scaled)
+    return 0.0 if band is None or not band.affordable else _proven(band)
+
+
+def _by_accurate_factors(matrix: csr_array, units: Vector) -> float:
+    """Return a bound by factors in twice the precision, in a narrow band; 0 where there is none."""
+    scaled = _scaled(matrix, units)
+    band = None if scaled is None else Band(scaled)
+    narrow = NarrowBand.of(band) if band is not None and is_narrow(band) else None
+    return 0.0 if narrow is None else _proven(narrow)
+
+
+def _proven(band: Band | NarrowBand) -> float:
+    """Return the bound that is proven first of some parts of an estimate, 0 where none is."""
+    factors = band.factors()
     if factors is None:
         return 0.0
-    estimate = _estimated_least_eigenvalue(factors, band.size)
+    estimate = factors.estimated_least_eigenvalue()
     return next((bound for part in _TRIALS if (bound := band.proven_least_eigenvalue(part * estimate)) > 0), 0.0)
 
 
@@ -129,9 +142,14 @@ def _by_m_matrix_below(matrix: csr_array, units: Vector, cycle: Callable[[], Sol
     below = None if below is None else m_matrix_below(below)
     below = None if below is None else _scaled(below, units / one_unit)
     # What is below the matrix is near enough to it for the same preconditioner, in the same units.
-    made = None if cycle is None else Preconditioner(1 / np.sqrt(matrix.diagonal()) / units, cycle)
+    made = None if cycle is None else Preconditioner(np.ones_like(units), cycle)
     barrier = None if below is None else find_barrier(SparseStiffness(below), made)
     return 0.0 if barrier is None else float((barrier.s / barrier.v).min()) * (1 - 4 * UNIT_ROUNDOFF)
+
+
+def _has_narrow_band(matrix: csr_array) -> bool:
+    """Whether factors take next to no time: no row is long, and in their order its unknowns are near each other."""
+    return int(np.diff(matrix.indptr).max()) <= 2 * WIDEST + 1 and is_narrow(Band(matrix))
 
 
 def affordable(matrix: csr_array) -> bool:
@@ -146,12 +164,3 @@ def _scaled(matrix: csr_array, units: Vector) -> csr_array | None:
         scaled = balanced(matrix, units)
         exact = np.array_equal(scaled.data / units[rows] / units[matrix.indices], matrix.data)
     return scaled if exact and np.isfinite(scaled.data).all() and np.isfinite(units).all() else None
-
-
-def _estimated_least_eigenvalue(factors: Factors, size: int) -> float:
-    """Return an estimate: the Rayleigh quotient after some steps of inverse iteration."""
-    before = vector = np.random.default_rng(0).uniform(-1, 1, size)
-    for _ in range(_POWER_STEPS):
-        before = vector / np.sqrt((vector * vector).sum())
-        vector = factors.solve(before)
-    return float((before * vector).sum() / (vector * vector).sum())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
 from ..methods.amg.ordered import Ordered
 from ..methods.factors import DIRECT_SIZE, Solve
+from ..methods.free_system import FreeSystem
 from ..methods.linear import cycle_of
 from .barrier import Barrier, Preconditioner, find_barrier
 from .eigenvalue import LeastEigenvalue, affordable, proven_least_eigenvalue
@@ -38,6 +39,23 @@ class MatrixFacts:
 
     def __init__(self, stiffness: Stiffness, candidate: Vector | None = None) -> None:
         self.stiffness, self._candidate = stiffness, candidate
+        self._free_system: FreeSystem | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Factors cannot be pickled, and are soon made.
+        return {**self.__dict__, "_free_system": None}
+
+    def free_system(self, free: Mask) -> FreeSystem:
+        """Return the equations of some nodes, the others held; those of the last nodes asked for are kept.
+
+        Parameters
+        ----------
+        free : array of bool, shape (n,)
+        """
+        kept = self._free_system
+        if kept is None or not np.array_equal(kept.free, free):
+            self._free_system = kept = FreeSystem(self.stiffness, free)
+        return kept
 
     @property
     def kind(self) -> str:
@@ -180,8 +198,9 @@ class MatrixFacts:
     def _preconditioner(self) -> Preconditioner | None:
         if self.stiffness.lattice is not None:
             return None
-        return Preconditioner(1 / np.sqrt(self.stiffness.diagonal()), self._cycle)
+        _, units, largest = self.dimensionless
+        return Preconditioner(units / np.sqrt(largest), self._cycle)
 
     def _cycle(self) -> Solve | None:
-        """Return a preconditioner of the matrix with its diagonal scaled to ones; None where there is none."""
+        """Return a preconditioner of the dimensionless matrix; None where there is none."""
         return cycle_of(self.scaled.ordered)

@@ -22,7 +22,12 @@ bound for strongly monotone problems, Pang, *A posteriori error bounds for the l
 inequality problem*, Math. Oper. Res. 12, 1987, with a residual that complementarity makes smaller.) The unknowns are
 first scaled by powers of two that bring the diagonal close to one, which rounds nothing.
 
-That λ is a lower bound is proven in `contactqp.algebra.band`, or in `contactqp.problem.eigenvalue`.
+*Contact by energy.* The same proof bounds the energy of the error, E = eᵀGe ≤ ‖ρ‖²/λ. By Cauchy's inequality in the
+product of G, the reaction's error at a node is \|(Ge)_i\| ≤ √(G_ii E), of which a small λ makes far less than of e
+itself. Where R_i exceeds that, R*_i > 0, and the node is held by its lower bound; where -R_i does, by its upper one.
+
+That λ is a lower bound is proven in `contactqp.algebra.band`, in `contactqp.algebra.narrow_band`, or in
+`contactqp.problem.eigenvalue`.
 
 *Repair.* Both bounds hold about any base (the second about any admissible one), not only about the answer; and they
 shrink with what the base leaves out of balance. So they are laid about the solution of the equations of the answer's
@@ -33,6 +38,7 @@ the right contact set that leaves 1e-30 or so out of balance, which even a small
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
@@ -40,6 +46,7 @@ import numpy as np
 
 from ..algebra.band import Band
 from ..algebra.compensated import two_sum
+from ..algebra.narrow_band import STIFF, NarrowBand
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
 from ..methods.factors import DIRECT_SIZE, Solve
@@ -59,7 +66,7 @@ _MOST_STEPS, _MOST_CHEAP_STEPS = 3, 40
 
 _MOST_CORRECTIONS = 6
 _USEFUL = 0.5
-"""What a correction should at least multiply the bound by to be followed by another one with the same factors."""
+"""What a correction should at least multiply the enclosure's width by, to be followed by another one."""
 
 
 class WeakerProof(ABC):
@@ -119,7 +126,7 @@ class _ByEigenvalue(WeakerProof):
 
     def __init__(self, problem: Posed, least: float, units: Vector) -> None:
         super().__init__(problem)
-        self._least, self._units = least, units
+        self._least, self._units, self._diagonal = least, units, problem.stiffness.diagonal()
 
     def first_base(self, answer: Vector) -> Base:
         problem = self.problem
@@ -140,7 +147,10 @@ class _ByEigenvalue(WeakerProof):
         with np.errstate(over="ignore"):
             norm = _norm(out_of_balance * self._units) * (1 + gamma(problem.size + 8)) + UNDERFLOW
             reach = (norm / self._least) * self._units * _GROW + UNDERFLOW
-        return self._laid(answer, base, reach)
+            off = base.error + np.sqrt(self._diagonal) * (norm / np.sqrt(self._least)) * (2 * _GROW - 1) + UNDERFLOW
+        at_lower = (base.reaction > off) & problem.supported
+        at_upper = np.False_ if problem.one_sided else (-base.reaction > off) & np.isfinite(problem.upper)
+        return replace(self._laid(answer, base, reach), at_lower=at_lower, at_upper=at_upper)
 
     def _admissible(self, base: Base) -> Base:
         """Return the base with every node that is not certain to lie between its bounds moved to one."""
@@ -222,10 +232,10 @@ def _corrected(problem: Posed, proof: WeakerProof, best: Enclosure, base: Base, 
         step[free] = -solve(base.reaction[free])
         if not np.isfinite(step).all():
             break
-        base, last = Base.accurate(problem, *two_sum(base.high, base.low + step)), found.bound
+        base, last = Base.accurate(problem, *two_sum(base.high, base.low + step)), found.width
         found = about(base)
         best = best.met_with(found)
-        if not found.bound < _USEFUL * last:
+        if not found.width < _USEFUL * last:
             break
     return base, best
 
@@ -233,6 +243,12 @@ def _corrected(problem: Posed, proof: WeakerProof, best: Enclosure, base: Base, 
 def _solver(problem: Posed, free: Mask) -> Solve | None:
     """Return a function that solves with the free nodes' matrix, to rounding where factors are affordable."""
     band = Band(problem.stiffness.restricted(free).tocsr())
+    least = problem.least_eigenvalue
+    if least is not None and least.bound < STIFF:
+        narrow = NarrowBand.of(band)
+        accurate = None if narrow is None else narrow.factors()
+        if accurate is not None:
+            return lambda force: accurate.solve(band.inwards(force))[0][band.place]
     factors = band.factors() if band.affordable else None
     if factors is not None:
         return factors.solve

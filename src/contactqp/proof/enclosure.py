@@ -115,12 +115,16 @@ class Enclosure:
     answer, fall, rise : array, shape (..., n)
     barrier : str
         The kind of barrier.
+    at_lower, at_upper : array of bool, shape (..., n)
+        Nodes that are known to be held by their lower and by their upper bound, beside those that the distances tell.
     """
 
     answer: Vector
     fall: Vector
     rise: Vector
     barrier: str
+    at_lower: Mask | np.bool_ = np.False_
+    at_upper: Mask | np.bool_ = np.False_
 
     @cached_property
     def error_bound(self) -> Vector:
@@ -134,6 +138,11 @@ class Enclosure:
         return float(self.error_bound)
 
     @property
+    def width(self) -> float:
+        """Largest distance between the bounds of a node."""
+        return float((self.fall + self.rise).max())
+
+    @property
     def least_error(self) -> float:
         """What max|answer - ω*| is at least."""
         return max(0.0, -float(self.fall.min()), -float(self.rise.min()))
@@ -141,7 +150,9 @@ class Enclosure:
     def met_with(self, other: Enclosure) -> Enclosure:
         """Return the intersection with another enclosure about the same answer, named after the better of the two."""
         barrier = self.barrier if self.bound <= other.bound else other.barrier
-        return Enclosure(self.answer, np.fmin(self.fall, other.fall), np.fmin(self.rise, other.rise), barrier)
+        fall, rise = np.fmin(self.fall, other.fall), np.fmin(self.rise, other.rise)
+        at_lower, at_upper = self.at_lower | other.at_lower, self.at_upper | other.at_upper
+        return Enclosure(self.answer, fall, rise, barrier, at_lower, at_upper)
 
     def bounds(self, admissible: Bounds) -> tuple[Vector, Vector]:
         """Return lower ≤ ω* ≤ upper, rounded outwards, and within what is admissible."""
@@ -441,6 +452,7 @@ def proven(problem: Posed, found: Enclosure) -> Proven:
         finite = np.isfinite(found.error_bound)
         finite = finite & np.isfinite(lower).all(axis=-1) & np.isfinite(upper).all(axis=-1)
         at_lower, at_upper = certain_contact(problem, lower, upper)
+        at_lower, at_upper = at_lower | found.at_lower, at_upper | found.at_upper
         for bound in (lower, upper):
             np.copyto(bound, problem.lower, where=at_lower)
             if not problem.one_sided:

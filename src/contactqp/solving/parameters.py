@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from ..foundation.checks import Vector, finite_number, vector
 from ..models.base import ContactModel
+from ..models.sensitive import ArmTension, FrameHeights, Values, one_each
 from ..problem.contact_problem import ContactProblem
 
 
@@ -79,14 +81,24 @@ class Parameters(ABC):
             raise TypeError(f"give the direction of a parameter at least: {', '.join(self.known)}")
         total = Change.none(self.size)
         for name, direction in directions.items():
-            if name not in self.known:
-                raise TypeError(f"there is no parameter {name!r}; give {', '.join(self.known)}")
-            total.add(self.known[name].of(direction))
+            total.add(self.named(name).of(direction))
         return total
 
-    def gradient(self, by_data: Change) -> dict[str, Any]:
-        """Return the derivatives of a number by all parameters, given those by the data."""
-        return {name: parameter.by(by_data) for name, parameter in self.known.items()}
+    def gradient(self, by_data: Change, names: Collection[str]) -> dict[str, Any]:
+        """Return the derivatives of a number by some parameters, given those by the data."""
+        return {name: self.named(name).by(by_data) for name in names}
+
+    def named(self, name: str) -> Parameter:
+        """Return a parameter by its name.
+
+        Raises
+        ------
+        TypeError
+            If there is none.
+        """
+        if name not in self.known:
+            raise TypeError(f"there is no parameter {name!r}; give {', '.join(self.known)}")
+        return self.known[name]
 
     @property
     @abstractmethod
@@ -142,6 +154,11 @@ class OfModel(Parameters):
             self.known["foundation"] = Parameter(
                 self._of_foundation, lambda by: -self._areas * self._deflection * by.reaction
             )
+        for name, tension in model.arm_tensions.items():
+            self.known[name] = Parameter(partial(self._of_arms, name, tension), partial(self._by_arms, tension))
+        frame = model.heights_of_frame
+        if frame is not None:
+            self.known[frame.name] = Parameter(partial(self._of_points, frame), partial(self._by_points, frame))
         if isinstance(getattr(model, "tension", None), float):
             self.known["tension"] = Parameter(
                 self._of_tension, lambda by: -float(by.reaction @ self._pull_of_arms) / self._tension
@@ -205,20 +222,40 @@ class OfModel(Parameters):
 
     def _of_frame(self, direction: Any) -> Change:
         rise = self._sign * finite_number(direction, "frame_height")
+        return self._frame_moved(rise * self._pull_of_frame, rise)
+
+    def _frame_moved(self, force: Vector, mean: float) -> Change:
+        """Return the change by forces of a frame that moves, from whose mean height gaps without a support count."""
         change = Change.none(self.size)
-        change.reference = np.where(self._model.supported, 0.0, rise)
-        change.reaction = rise * self._pull_of_frame - self._problem.stiffness.matvec(change.reference)
+        change.reference = np.where(self._model.supported, 0.0, mean)
+        change.reaction = force - self._problem.stiffness.matvec(change.reference)
         change.upper = self._under_ceiling * change.reference
         return change
+
+    def _of_points(self, frame: FrameHeights, direction: Any) -> Change:
+        depths = self._sign * one_each(direction, frame.weights.shape, frame.name)
+        return self._frame_moved(frame.force(depths), float((frame.weights * depths).sum()))
+
+    def _by_points(self, frame: FrameHeights, by: Change) -> Values:
+        unsupported = float(self._by_reference(by)[~self._model.supported].sum())
+        return self._sign * (frame.share(by.reaction) + unsupported * frame.weights)
 
     def _by_frame(self, by: Change) -> float:
         unsupported = self._by_reference(by)[~self._model.supported].sum()
         return self._sign * float(by.reaction @ self._pull_of_frame + unsupported)
 
-    @property
+    @cached_property
     def _pull_of_frame(self) -> Vector:
         """B1: the forces on the nodes when the frame moves down by one."""
         return self._problem.stiffness.matvec(np.ones(self.size)) - self._foundation
+
+    def _of_arms(self, name: str, tension: ArmTension, direction: Any) -> Change:
+        change = Change.none(self.size)
+        change.reaction = -tension.pull(self._deflection, one_each(direction, tension.shape, name))
+        return change
+
+    def _by_arms(self, tension: ArmTension, by: Change) -> Values:
+        return -tension.share(self._deflection, by.reaction)
 
     def _of_tension(self, direction: Any) -> Change:
         change = Change.none(self.size)

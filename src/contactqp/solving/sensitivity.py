@@ -21,6 +21,7 @@ distance from the bound, or its reaction, is not small against the problem's sca
 from __future__ import annotations
 
 import warnings
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Protocol, Self
@@ -34,19 +35,17 @@ from ..foundation.cards import card
 from ..foundation.checks import Mask, Vector, finite_number, one_of, vector
 from ..foundation.outside import stacklevel_outside
 from ..foundation.text import counted
-from ..methods.linear import solver
 from ..proof.status import Status
 from .parameters import Change, OfModel, OfProblem, Parameters
 from .request import Request
 
 if TYPE_CHECKING:
     from ..backends.base import Backend
+    from ..methods.free_system import FreeSystem
     from ..models.base import ContactModel
     from ..problem.contact_problem import ContactProblem
     from ..proof.certificate import Certificate
-
-_PRECISE = 1e-12
-"""Largest force out of balance of a linear solve, relative to the largest force."""
+    from ..proof.judge import Verdict
 
 _PRECISE_DERIVATIVE = 1e-9
 """Wanted bound of a derivative that is one-sided, relative to its own scale."""
@@ -83,6 +82,8 @@ class Solved(Protocol):
     @property
     def relative_bound(self) -> float: ...  # noqa: D102
     @property
+    def verdict(self) -> Verdict: ...  # noqa: D102
+    @property
     def certificate(self) -> Certificate | None: ...  # noqa: D102
 
     def by(  # noqa: D102
@@ -93,6 +94,7 @@ class Solved(Protocol):
         *,
         warm_start: Vector | None = None,
     ) -> Self: ...
+    def with_gap(self, gap: Vector, request: Request, note: str) -> Self: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +130,10 @@ class Sensitivity:
 
     Made by `Solution.sensitivity`. Parameters of a model: ``load``, ``support``, ``ceiling`` and ``foundation`` (if it
     has them), each with a value for each node, in the units and the sense in which the model takes them; ``tension``,
-    where it is one number; ``frame_height``, by which the whole frame is moved. Of a bare problem: ``q``, ``lower``,
-    ``upper``.
+    where it is one number, and ``arms_x`` and ``arms_y``, the tension of each arm along x and along y, see
+    `contactqp.Membrane.arm_tensions` (of a cable net ``tension``, that of each segment); ``frame_height``, by which the
+    whole frame is moved, and ``frame_heights``, that of each of its points, see `contactqp.Membrane.heights_of_frame`
+    (of a cable net ``fixed_height``). Of a bare problem: ``q``, ``lower``, ``upper``.
 
     Attributes
     ----------
@@ -148,15 +152,17 @@ class Sensitivity:
     >>> round(sensitivity.forward(load=1.0).total_reaction, 6)
     6.5
     >>> gradient = sensitivity.adjoint(reaction=1.0)  # of the total reaction, by everything
-    >>> sorted(gradient), round(gradient["tension"], 6)
-    (['frame_height', 'load', 'support', 'tension'], -1.714286)
+    >>> sorted(gradient)
+    ['arms_x', 'frame_height', 'frame_heights', 'load', 'support', 'tension']
+    >>> round(gradient["tension"], 6), gradient["frame_heights"][1, [0, -1]].round(6)
+    (-1.714286, array([0.571429, 0.571429]))
     """
 
     def __init__(self, solution: Solved, tolerance: float = _TOUCHING) -> None:
         if not 0 <= finite_number(tolerance, "tolerance") < 1:
             raise ValueError(f"tolerance must be in [0, 1), got {tolerance:g}")
         self.solution = _exact(solution)
-        certificate = self.solution.certificate
+        certificate = _decided(self.solution) or self.solution.certificate
         if certificate is None:
             raise ValueError(
                 f"a sensitivity needs a contact set that is known, but nothing is proven of {self.solution!r}; "
@@ -173,6 +179,7 @@ class Sensitivity:
         self._open: Mask = self._open_below | self._open_above
         self._shut: Mask = problem.upper - problem.lower <= close
         self.biactive: NDArray[np.intp] = np.flatnonzero(self._open)
+        self._known: FreeSystem | None = None
 
     def _thresholds(self, tolerance: float) -> tuple[Vector | float, Vector | float]:
         """Return the distance (length) and the reaction (force) up to which a node touches a bound without a force."""
@@ -229,9 +236,10 @@ class Sensitivity:
         gap: ArrayLike = 0.0,
         deflection: ArrayLike = 0.0,
         reaction: ArrayLike = 0.0,
+        by: Collection[str] | None = None,
         biactive: Literal["refuse", "held"] = "refuse",
     ) -> dict[str, Any]:
-        """Return the derivatives of a number by all parameters: J = Σ weight times gap, deflection and reaction.
+        """Return the derivatives of a number by the parameters: J = Σ weight times gap, deflection and reaction.
 
         A total reaction is ``reaction=1.0``; the deflection of a node is ``deflection=`` with a one there. The weights
         of a nonlinear J are its own derivatives by gap, deflection and reaction.
@@ -240,6 +248,8 @@ class Sensitivity:
         ----------
         gap, deflection, reaction : float or array, shape (n,)
             Weights. A bare problem has no deflection.
+        by : collection of str, optional
+            Names of the parameters; by default all of them.
         biactive : {"refuse", "held"}
             What becomes of biactive nodes: an error, as there is no gradient, or they count as held, which is one of
             the one-sided derivatives, for methods that need no more.
@@ -247,7 +257,7 @@ class Sensitivity:
         Returns
         -------
         dict
-            Array of shape (n,), or a number, by the name of the parameter.
+            Array of the parameter's shape, or a number, by the name of the parameter.
 
         Raises
         ------
@@ -255,8 +265,11 @@ class Sensitivity:
             If nodes are biactive and to be refused: there is no gradient then, and only `forward` tells the one-sided
             derivatives.
         TypeError
-            If a weight has the wrong kind.
+            If a weight has the wrong kind, or a parameter is unknown.
         """
+        names = self.parameters if by is None else [by] if isinstance(by, str) else by
+        for name in names:
+            self._parameters.named(name)
         if one_of(biactive, ("refuse", "held"), "biactive") == "refuse" and self.biactive.size:
             count, first = counted(self.biactive.size, "node"), self._name(int(self.biactive[0]))
             raise ValueError(
@@ -277,8 +290,7 @@ class Sensitivity:
         # Reactions of free nodes vanish, whatever changes.
         by_reaction = np.where(held, by_reaction, 0.0)
         weight = by_gap - by_reference + stiffness.matvec(by_reaction)
-        adjoint = np.zeros(size)
-        adjoint[~held] = self._solve(weight, ~held, transposed=True)
+        adjoint = self._equations(held).solve(weight, transposed=True)
         by_bound = weight - stiffness.matvec(adjoint)
         return self._parameters.gradient(
             Change(
@@ -286,7 +298,8 @@ class Sensitivity:
                 lower=np.where(at_lower, by_bound, 0.0),
                 upper=np.where(at_upper, by_bound, 0.0),
                 reference=by_reference,
-            )
+            ),
+            names,
         )
 
     @cached_property
@@ -305,8 +318,7 @@ class Sensitivity:
         """Return the derivative of the gap by one linear solve."""
         gap = np.where(self._at_upper, change.upper, np.where(self._at_lower, change.lower, 0.0))
         force = change.reaction + self._problem.stiffness.matvec(gap)
-        gap[~self._held] = -self._solve(force, ~self._held)
-        return gap
+        return gap - self._equations(self._held).solve(force)
 
     def _moved(self, change: Change) -> tuple[Vector, Mask]:
         """Return the derivative of the gap by its own contact problem, and which nodes are held in that.
@@ -340,16 +352,11 @@ class Sensitivity:
                 "moves them through each other"
             )
 
-    def _solve(self, force: Vector, free: Mask, *, transposed: bool = False) -> Vector:
-        """Return the solution of the free nodes' equations, shape (free.sum(),)."""
-        force = force[free]
-        if not force.any():
-            return np.zeros_like(force)
-        restricted = self._problem.stiffness.restricted(free)
-        found = solver(restricted.transposed if transposed else restricted, _PRECISE)
-        if found is None:
-            raise ValueError("the matrix of the free nodes is singular in double precision")
-        return found[0](force)
+    def _equations(self, held: Mask) -> FreeSystem:
+        """Return the equations of the nodes that are not held, whose factors or hierarchy are kept."""
+        if self._known is None or not np.array_equal(self._known.free, ~held):
+            self._known = self._problem.facts.free_system(~held)
+        return self._known
 
     def _name(self, node: int) -> str:
         model = self.solution.model
@@ -371,11 +378,42 @@ class Sensitivity:
 
 def _exact(solution: Solved) -> Solved:
     """Return an answer whose contact set is proven where that can be, and whose error is next to nothing."""
-    certificate = solution.certificate
-    good = certificate is not None and not certificate.undecided.any() and solution.relative_bound <= _SURE
-    if good or not solution.finite:
+    if not solution.finite or (_decided(solution) is not None and _precise(solution)):
         return solution
     request = Request.of(min(solution.tol, _SURE), None, None, {})
+    settled = _settled(solution, request)
+    if settled is not None:
+        return settled
     start = solution.problem.project(solution.gap)
     finished = solution.by(get_backend("active-set"), solution.subject, request, warm_start=start)
     return finished if finished.certificate is not None else solution
+
+
+def _decided(solution: Solved) -> Certificate | None:
+    """Return the judge's own certificate where it decides all nodes, so that no sharper one is asked for."""
+    certificate = solution.verdict.certificate
+    return None if certificate is None or certificate.undecided.any() else certificate
+
+
+def _precise(solution: Solved) -> bool:
+    return solution.verdict.relative_bound <= _SURE or solution.relative_bound <= _SURE
+
+
+def _settled(solution: Solved, request: Request) -> Solved | None:
+    """Return the solution of the free nodes' equations, the nodes of the answer's own contact set held.
+
+    None where that has another contact set, or is not proven to be precise. It is what active sets would end with, and
+    its factors or hierarchy are those of the derivatives.
+    """
+    problem, diagonal = solution.problem, solution.problem.stiffness.diagonal()
+    at_lower, at_upper = problem.bounds.contact(solution.gap, problem.reaction(solution.gap) / diagonal)
+    gap = np.where(at_lower, problem.lower, np.where(at_upper, problem.upper, solution.gap))
+    try:
+        gap -= problem.facts.free_system(~(at_lower | at_upper)).solve(problem.reaction(gap))
+    except ValueError:
+        return None
+    same = problem.bounds.contact(gap, problem.reaction(gap) / diagonal)
+    if not all(map(np.array_equal, same, (at_lower, at_upper))):
+        return None
+    found = solution.with_gap(problem.project(gap), request, "the equations of its free nodes solved")
+    return found if _precise(found) else None

@@ -350,6 +350,21 @@ class Solution:
         )
         return cls(subject, request, run, verdict)
 
+    def with_gap(self, gap: Vector, request: Request, note: str) -> Solution:
+        """Return the solution with another gap, judged as a request asks for.
+
+        Parameters
+        ----------
+        gap : array, shape (n,)
+            Length.
+        request : Request
+        note : str
+            What has been done to the answer.
+        """
+        verdict = judge(self.problem, gap, request.tolerance.tol, model=self.model)
+        told = "; ".join(part for part in (self.run.note, note) if part)
+        return Solution(self.subject, request, replace(self.run, gap=read_only(gap), note=told), verdict)
+
     @cached_property
     def problem(self) -> ContactProblem:
         """The contact problem."""
@@ -638,7 +653,8 @@ class Solution:
     def sensitivity(self, *, tolerance: float = 1e-11) -> Sensitivity:
         """Return the derivatives of this solution by load, support and whatever else it depends on.
 
-        Where nodes are undecided, or the bound is above 1e-8, active sets go on from the answer first.
+        Where nodes are undecided, or the bound is above 1e-8, the equations of the answer's free nodes are solved
+        first, or, where its contact set is not the right one, active sets go on from it.
 
         Parameters
         ----------

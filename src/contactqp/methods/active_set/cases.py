@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from ...algebra.band import Band
 from ...foundation.checks import Vector, read_only
-from ...foundation.loading import load_modules
+from ...foundation.loading import can_compile, load_modules
 from ...foundation.threads import Team
-from ..linear import can_compile
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -8,6 +8,7 @@ free unknowns of its matrix.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,14 +17,21 @@ from numpy.typing import NDArray
 from ...algebra.power import generic_start, largest_growth
 from ...foundation.checks import Mask, Vector
 from ...foundation.loading import load_modules
+from ...foundation.threads import shared_team
 from ..factors import DIRECT_SIZE, Solve, factorised
 from .aggregation import aggregate
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-_STRONG = 0.08
-"""A coupling counts as strong above this times the geometric mean of the two diagonal entries."""
+_STRONG, _FADING = 0.08, 0.5
+"""A coupling counts as strong above this times the geometric mean of the two diagonal entries, and above half as much
+on each coarser level (Vaněk, Mandel and Brezina 1996), whose matrices spread the couplings of a node over more entries:
+with the finest level's threshold, aggregates in space cover few of their neighbours, and cycles are four times as many.
+"""
+
+_FAINTEST = 0.02
+"""The threshold is no lower than this: couplings that jump are to stay apart."""
 
 _COARSEST = 400
 """Unknowns that are solved for directly."""
@@ -32,6 +40,9 @@ _MOST_LEVELS = 25
 
 _MOST_HELD = 0.3
 """Part of a coarse unknown's squared shape that may lie on held unknowns, if the coarse one is not to be held, too."""
+
+_ENTRIES_WORTH_A_BLOCK, _MOST_BLOCKS = 300_000, 8
+"""Handing a block to a thread takes as long as sweeping over 20,000 entries."""
 
 _POWER_STEPS = 6
 _MOST_ITERATIONS = 400
@@ -76,13 +87,17 @@ class Level:
     matrix : csr_array, shape (n, n)
     candidate : array, shape (n,)
         A positive vector that the matrix nearly annihilates, away from where it is held.
+    blocks : list of (int, int)
+        First row of each block of rows that is swept apart, and the one after its last.
     coarser : Transfer or None
     """
 
     def __init__(self, matrix: csr_array, candidate: Vector) -> None:
         self.matrix, self.candidate = matrix, candidate
         self.rows = rows_of(matrix)
-        self.inverse_diagonal = 1.0 / matrix.diagonal()
+        diagonal = matrix.diagonal()
+        self.inverse_diagonal = 1.0 / diagonal
+        self.blocks = _blocks(matrix, diagonal)
         self.coarser: Transfer | None = None
 
 
@@ -116,6 +131,28 @@ class Transfer:
         return np.asarray(self._weights @ held.astype(np.float64) > _MOST_HELD * self._weight)
 
 
+def _blocks(matrix: csr_array, diagonal: Vector) -> list[tuple[int, int]]:
+    """Divide the rows of a matrix into blocks for Gauss-Seidel sweeps, one beside the other.
+
+    A forwards sweep solves with M = D + L, D the diagonal of A and L what lies below it inside the blocks, and a
+    backwards one with Mᵀ. So a cycle is symmetric, and positive definite if M + Mᵀ - A = D - O is, O the entries of A
+    between blocks (Baker, Falgout, Kolev and Yang, *Multigrid smoothers for ultraparallel computing*, SIAM J. Sci.
+    Comput. 33, 2011): that is so if in no row the moduli of O add up to the diagonal entry. Else all rows are one
+    block. The number of blocks, and so the result, is the same on every machine.
+    """
+    size = diagonal.size
+    count = min(_MOST_BLOCKS, matrix.nnz // _ENTRIES_WORTH_A_BLOCK)
+    whole = [(0, size)]
+    if count < 2:
+        return whole
+    edges = np.array([size * k // count for k in range(count + 1)])
+    row_of = np.repeat(np.arange(size, dtype=np.int32), np.diff(matrix.indptr))
+    block = np.searchsorted(edges, np.arange(size), side="right").astype(np.int8)
+    between = np.flatnonzero(block[row_of] != block[matrix.indices])
+    sums = np.bincount(row_of[between], weights=np.abs(matrix.data[between]), minlength=size)
+    return list(pairwise(edges.tolist())) if (sums < diagonal).all() else whole
+
+
 def rows_of(matrix: csr_array) -> tuple[Any, Any, Vector]:
     """Return a sparse array's pointers, column numbers and entries as the kernels take them."""
     return matrix.indptr.astype(np.int32, copy=False), matrix.indices.astype(np.int32, copy=False), matrix.data
@@ -147,7 +184,7 @@ class Amg:
         self.levels = [Level(matrix, np.ones(matrix.shape[0]) if candidate is None else candidate)]
         while self.levels[-1].matrix.shape[0] > _COARSEST and len(self.levels) < _MOST_LEVELS:
             finer = self.levels[-1]
-            found = _prolongation(finer)
+            found = _prolongation(finer, max(_FAINTEST, _STRONG * _FADING ** (len(self.levels) - 1)))
             if found is None:
                 break
             finer.coarser, vector = found
@@ -218,17 +255,22 @@ class Part:
         level, inverse_diagonal = self._levels[depth], self._inverse_diagonals[depth]
         if level.coarser is None:
             return self._solve(right)
+        run, blocks = shared_team().run, level.blocks
         x, rest = np.empty_like(right), np.empty_like(right)
-        sparse_kernels.sweep_from_zero(*level.rows, inverse_diagonal, right, x)
-        sparse_kernels.residual(*level.rows, inverse_diagonal, right, x, rest)
+        run(sparse_kernels.sweep_from_zero, blocks, *level.rows, inverse_diagonal, right, x)
+        run(sparse_kernels.residual_after_sweep, blocks, *level.rows, inverse_diagonal, x, rest)
         correction = self.cycle(level.coarser.down @ rest, depth + 1)
-        sparse_kernels.add_prolongation(*level.coarser.up_rows, inverse_diagonal, correction, x)
-        sparse_kernels.sweep(*level.rows, inverse_diagonal, right, x, True)
+        before = rest
+        run(sparse_kernels.add_prolongation, blocks, *level.coarser.up_rows, inverse_diagonal, correction, x, before)
+        run(sparse_kernels.sweep_backwards, blocks, *level.rows, inverse_diagonal, right, before, x)
         return x
 
 
-def _prolongation(level: Level) -> tuple[Transfer, Vector] | None:
-    """Return the smoothed prolongation and the coarse candidate; None if grouping does not make it smaller."""
+def _prolongation(level: Level, threshold: float) -> tuple[Transfer, Vector] | None:
+    """Return the smoothed prolongation and the coarse candidate; None if grouping does not make it smaller.
+
+    Unknowns are grouped by couplings that are stronger than a threshold, see `_STRONG`.
+    """
     load_modules("scipy.sparse")
     from scipy import sparse
 
@@ -236,7 +278,7 @@ def _prolongation(level: Level) -> tuple[Transfer, Vector] | None:
     size = indptr.size - 1
     rows = np.repeat(np.arange(size, dtype=np.int32), np.diff(indptr))
     root = np.sqrt(level.inverse_diagonal)
-    strong = (np.abs(data) * root[rows] * root[indices] > _STRONG) & (rows != indices)
+    strong = (np.abs(data) * root[rows] * root[indices] > threshold) & (rows != indices)
     strong_indptr = np.zeros(size + 1, dtype=np.int32)
     np.cumsum(np.bincount(rows[strong], minlength=size), out=strong_indptr[1:])
     group, count = aggregate(strong_indptr, indices[strong])

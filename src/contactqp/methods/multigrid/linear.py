@@ -9,24 +9,18 @@ from ...foundation.checks import Vector
 from ...foundation.threads import Team
 from ...geometry.runs import FREE
 from .arms import arms_of
-from .nested import nested_start
+from .contact import NO_LIMITS, ContactMultigrid
 
 _MAX_CYCLES = 60
 
 
-def solve_linear(
-    stencil: LatticeStiffness, force: Vector, tolerance: float = 1e-10, threads: int | None = None
-) -> Vector:
-    """Return G⁻¹ force (length), shape (n,); check it where arms jump, for it ends after some cycles in any case.
+class LatticeSolver:
+    """Solves G x = force by cycles from zero, and keeps their hierarchy from force to force.
 
     Parameters
     ----------
     stencil : LatticeStiffness
         The stiffness G (force per length).
-    force : array, shape (n,)
-        Force on each node (force).
-    tolerance : float
-        Largest force out of balance, relative to the largest force; rounding errors may leave more.
     threads : int, optional
         By default as many as cores.
 
@@ -34,18 +28,39 @@ def solve_linear(
     --------
     >>> import numpy as np
     >>> from contactqp.algebra.stencil import Stencil
-    >>> chain = Stencil(np.ones((1, 3), dtype=bool), 1.0, 0.0)
-    >>> solve_linear(chain, np.ones(3)).round(9)
+    >>> chain = LatticeSolver(Stencil(np.ones((1, 3), dtype=bool), 1.0, 0.0))
+    >>> chain.solve(np.ones(3)).round(9)
     array([1.5, 2. , 1.5])
     """
-    layout = stencil.layout.with_kind(FREE)
-    lattice = arms_of(stencil, layout)
-    with Team(threads) as team:
-        solver = nested_start(lattice, layout.grid(-force), layout.zeros(), team)
-        enough = tolerance * float(np.abs(force).max())
-        for _ in range(_MAX_CYCLES):
-            solver.relax()
-            if solver.estimate <= max(enough, solver.rest()):
-                break
-            solver.correct()
-    return layout.vector(solver.omega)
+
+    def __init__(self, stencil: LatticeStiffness, threads: int | None = None) -> None:
+        self._lattice, self._threads = arms_of(stencil, stencil.layout.with_kind(FREE)), threads
+        self._kept: ContactMultigrid | None = None
+
+    def solve(self, force: Vector, tolerance: float = 1e-10) -> Vector:
+        """Return G⁻¹ force (length), shape (n,); check it where arms jump, for it ends after some cycles in any case.
+
+        Parameters
+        ----------
+        force : array, shape (n,)
+            Force on each node (force).
+        tolerance : float
+            Largest force out of balance, relative to the largest force; rounding errors may leave more.
+        """
+        layout = self._lattice.layout
+        # Another thread, or a call that is interrupted, finds nothing kept.
+        solver, self._kept = self._kept, None
+        with Team(self._threads) as team:
+            if solver is None:
+                solver = ContactMultigrid(self._lattice, layout.zeros(), team)
+            solver.restart(layout.grid(-force), NO_LIMITS, team)
+            solver.omega[...] = 0.0
+            enough = tolerance * float(np.abs(force).max())
+            for _ in range(_MAX_CYCLES):
+                solver.relax()
+                if solver.estimate <= max(enough, solver.rest()):
+                    break
+                solver.correct()
+            found = layout.vector(solver.omega)
+        self._kept = solver
+        return found
