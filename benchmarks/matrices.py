@@ -11,7 +11,8 @@ Measures:
     beam       a beam on a floor: seconds, and how far the touchdown lies from (24 EI f/p)^(1/4), in spacings
     plate      a plate over a bowl, by thirteen points
     space      seven points in a cube
-    jumps      five points with coefficients 1 and 1, 1e3 or 1e6 in a checkerboard of blocks
+    jumps      five points with coefficients 1 and 1, 1e3 or 1e6 in a checkerboard of blocks, as a matrix and by
+               multigrid on the lattice, and how many times what equal coefficients take, in turn
     disk       the five points of a disk, given as a matrix
     clarabel   Clarabel on the smallest of the meshes
 
@@ -95,6 +96,29 @@ def report(name: str, matrix: Any, q: np.ndarray, repeat: int, *, with_linear: b
     return solution
 
 
+def membrane_on_a_checkerboard(nodes: int, block: int, jump: float) -> cq.Membrane:
+    """Return the membrane whose stiffness is that of `bowl_on_a_checkerboard`."""
+    number = np.arange(nodes) // block
+    tension = np.where((number[:, None] + number) % 2 == 1, jump, 1.0)
+    lattice = cq.Frame.rectangle(1, 1).lattice(1 / (nodes + 1))
+    support = 0.05 + 0.4 * ((lattice.node_x - 0.5) ** 2 + (lattice.node_y - 0.5) ** 2)
+    return cq.Membrane(lattice, tension.ravel(), load=8.0, support=support)
+
+
+def report_jumps(nodes: int, repeat: int) -> None:
+    given = [bowl_on_a_checkerboard(nodes, 32, jump) for jump in JUMPS]
+    membranes = [lambda jump=jump: membrane_on_a_checkerboard(nodes, 32, jump) for jump in JUMPS]
+    ways = [lambda case=case: cq.solve(cq.ContactQP(*case)) for case in given]
+    ways += [lambda make=make: cq.solve(make(), "multigrid") for make in membranes]
+    for way in ways:
+        way()
+    times = in_turn(repeat, *ways)
+    for name, found in (("matrix", times[: len(JUMPS)]), ("lattice", times[len(JUMPS) :])):
+        rows = zip(JUMPS, found, strict=True)
+        ratios = ", ".join(f"{jump:.0e}: {time:.2f} s ({time / found[0]:.1f} x)" for jump, time in rows)
+        print(f"jumps, {name}: {ratios}", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("measures", nargs="*", default=MEASURES)
@@ -124,6 +148,7 @@ def main() -> None:
         nodes = min(512, int(asked.largest**0.5))
         for jump in JUMPS:
             report(f"jumps {jump:.0e}", *bowl_on_a_checkerboard(nodes, 32, jump), asked.repeat)
+        report_jumps(nodes, asked.repeat)
     if "disk" in asked.measures:
         for spacing in (spacing for spacing in DISKS if np.pi / spacing**2 <= 1.1 * asked.largest):
             disk = cq.Membrane(cq.Frame.disk(1.0).lattice(spacing), 1.0, load=8.0, support=0.3).problem

@@ -16,7 +16,8 @@ def lattice():
     from contactqp.methods.multigrid import galerkin_kernels, lattice_kernels
 
     for kind in get_args(lattice_kernels.ArmKind):
-        galerkin_kernels.coarsen_lattice(kind)
+        if kind != "varying":
+            galerkin_kernels.coarsen_lattice(kind)
         lattice_kernels.lattice_kernels(kind)
         for precision in PRECISIONS:
             lattice_kernels.exchange_kernels(kind, precision)
@@ -24,7 +25,7 @@ def lattice():
 
 def others():
     from contactqp.methods.amg import aggregation
-    from contactqp.methods.multigrid import level_kernels
+    from contactqp.methods.multigrid import level_kernels, weighted_kernels
     from contactqp.proof import lattice_measure_kernels
 
     for module in (
@@ -35,8 +36,9 @@ def others():
     for springs in (False, True):
         lattice_measure_kernels.passes(springs)
     aggregation._compiled()
+    weighted_kernels.weighted_kernels()
     for own, coarser in product(PRECISIONS, repeat=2):
-        level_kernels.level_kernels(own)
+        level_kernels.level_kernels(own, coarser)
         level_kernels.transfer_kernels(own, coarser)
 
 

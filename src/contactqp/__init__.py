@@ -11,10 +11,11 @@ A frame is covered by a lattice of nodes; load and support make it a model; a so
 
 Heights, deflections and loads are positive downwards.
 
-Models: `Membrane`, `Cable`, `CableNet`, and `ContactQP` for a matrix of your own,
+Models: `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, and `ContactQP` for a matrix of your own,
 `ContactLCP` for one that is not symmetric. Solving: `solve`, `solve_many`,
-`Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load). Proofs:
-`certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts it.
+`Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load), `refine`
+(finer meshes). Proofs: `certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts
+it.
 
 PYTEST_DONT_REWRITE: pytest marks all that a wheel with a plugin holds, and warns of what was imported too early.
 """
@@ -40,9 +41,12 @@ from .errors import (
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
 from .io.read_fields import read_field, read_mask
+from .models.beam import Beam
 from .models.cable import Cable
 from .models.cable_net import CableNet
 from .models.membrane import Membrane
+from .models.mesh_membrane import MeshMembrane
+from .models.plate import Plate
 from .paths.events import Events, events
 from .paths.load_path import LoadPath
 from .paths.march import march
@@ -57,6 +61,7 @@ from .proof.certify import certify
 from .proof.energy import complementary_energy, energy_bracket, feasible, potential_energy
 from .proof.residuals import Residuals
 from .proof.status import Status
+from .refinement.refine import Refinement, refine
 from .solving.loaded import load_solution
 from .solving.many import solve_many
 from .solving.solution import Solution
@@ -64,6 +69,7 @@ from .solving.solve import solve
 from .solving.solver import Solver
 
 __all__ = [
+    "Beam",
     "Cable",
     "CableNet",
     "CaseFileError",
@@ -77,8 +83,11 @@ __all__ = [
     "Lattice",
     "LoadPath",
     "Membrane",
+    "MeshMembrane",
     "MissingBackendError",
     "NotCertifiedError",
+    "Plate",
+    "Refinement",
     "Residuals",
     "Solution",
     "Solver",
@@ -103,6 +112,7 @@ __all__ = [
     "read",
     "read_field",
     "read_mask",
+    "refine",
     "solve",
     "solve_many",
     "trace",

@@ -57,7 +57,7 @@ def test_a_long_beam_of_two_bounds_on_springs_and_under_tension_is_proven():
     matrix = sparse.csr_array(matrix + 0.1 * line + 0.01 * spacing * sparse.eye_array(nodes))
     x = spacing * np.arange(1, nodes + 1)
     load = np.where(x < 5, 1.0, -1.5) * spacing
-    problem = cq.ContactQP(matrix, -load, -0.3, 0.4, gap_scale=0.3)
+    problem = cq.ContactQP(matrix, -load, -0.3, 0.4)
     solution = cq.solve(problem)
     assert solution.status == cq.Status.CERTIFIED
     certificate = solution.certificate

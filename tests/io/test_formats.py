@@ -11,6 +11,7 @@ import rasterio
 import shapely
 import xarray as xr
 import zarr
+from triangulations import obtuse_rings
 
 import contactqp as cq
 from contactqp.io.meshes import shape_of
@@ -42,6 +43,19 @@ def net():
     )
 
 
+def triangles(**changes):
+    """Return a membrane on obtuse triangles, with a tension for each and a rim that is not level."""
+    points, corners = obtuse_rings(5)
+    given = {
+        "load": lambda x, y: 4 + x,
+        "support": 0.3,
+        "ceiling": -0.2,
+        "tension": lambda x, y: 1 + x**2,
+        "frame_height": lambda x, y: 0.05 * x,
+    }
+    return cq.MeshMembrane(points, corners, **given | changes)
+
+
 MODELS = {
     "membrane": field,
     "plain": lambda: cq.gallery.bowl(15),
@@ -53,6 +67,8 @@ MODELS = {
         span=10.0, spacing=0.5, tension=1 / 3, load=1.0, support=2.0, start=-3.0, frame_height=lambda x: 0.1 * x
     ),
     "net": net,
+    "triangles": triangles,
+    "upwards": lambda: triangles(upwards=True, support=-0.3, ceiling=None, tension=2.0, foundation=0.1),
 }  # fmt: skip
 
 
@@ -356,3 +372,37 @@ def test_systems_of_joined_frames_must_agree():
         _ = one | other.in_crs(25833)
     with pytest.raises(TypeError, match="crs must be text"):
         one.in_crs(2.5)
+
+
+def test_a_mesh_of_triangles_is_opened_by_others(tmp_path):
+    model = triangles()
+    solution = cq.solve(model)
+    file = solution.save(tmp_path / "disk.vtu")
+    by_vtk, by_meshio = pyvista.read(file), meshio.read(file)
+    assert by_vtk.n_cells == len(model.triangles)
+    np.testing.assert_array_equal(by_meshio.cells_dict["triangle"], model.triangles)
+    np.testing.assert_allclose(by_meshio.points[:, :2], model.positions)
+    np.testing.assert_allclose(by_meshio.points[model.free, 2], -solution.deflection)
+    np.testing.assert_allclose(by_meshio.points[model.fixed, 2], -model.fixed_height)
+    np.testing.assert_allclose(by_vtk.point_data["gap"][model.free], solution.gap)
+    assert by_vtk.area > np.pi * 0.9
+
+
+def test_a_mesh_of_triangles_as_ugrid_has_it(tmp_path):
+    model = triangles()
+    solution = cq.solve(model)
+    with xr.open_dataset(solution.save(tmp_path / "disk.nc")) as data:
+        topology = data["mesh"].attrs
+        assert (topology["cf_role"], topology["topology_dimension"]) == ("mesh_topology", 2)
+        x, y = (data[name] for name in topology["node_coordinates"].split())
+        np.testing.assert_array_equal(np.column_stack([x, y]), model.positions)
+        connectivity = data[topology["face_node_connectivity"]]
+        np.testing.assert_array_equal(connectivity, model.triangles)
+        assert (connectivity.attrs["cf_role"], connectivity.attrs["start_index"]) == ("face_node_connectivity", 0)
+        for name in ("gap", "deflection", "load", "contact_state"):
+            assert (data[name].attrs["mesh"], data[name].attrs["location"]) == ("mesh", "node")
+            assert data[name].dims == ("point",)
+        whole = data["deflection"].fillna(data["frame_height"])
+        assert not whole.isnull().any()
+        np.testing.assert_array_equal(whole[model.free], solution.deflection)
+        np.testing.assert_array_equal(data["fixed"].values.astype(bool), np.isin(np.arange(len(x)), model.fixed))

@@ -22,11 +22,12 @@ from contactqp.geometry.numbering import Layout
 from contactqp.methods.multigrid import contact
 from contactqp.methods.multigrid.arms import Arms, arms_of, coarsening
 from contactqp.methods.multigrid.contact import NO_LIMITS, ContactMultigrid
-from contactqp.methods.multigrid.hierarchy import Hierarchy
 from contactqp.methods.multigrid.lattice_kernels import exchange_kernels, lattice_kernels, start_from_coarse
 from contactqp.methods.multigrid.level_kernels import level_kernels, transfer_kernels
 from contactqp.methods.multigrid.linear import LatticeSolver
 from contactqp.methods.multigrid.nested import nested_start
+from contactqp.methods.multigrid.weighted_hierarchy import hierarchy_of
+from contactqp.methods.multigrid.weighted_kernels import weighted_kernels
 
 
 def hat_matrix(fine, coarse, factor):
@@ -38,10 +39,30 @@ def hat_matrix(fine, coarse, factor):
     return matrix[1:-1, 1:-1]
 
 
-def interpolation(plan, rows, columns):
-    """Bilinear interpolation as a matrix, from the rectangle of a coarse level to the finer one's."""
+def interpolation(level, rows, columns):
+    """Interpolation as a matrix, from the rectangle of a coarse level to the finer one's."""
+    plan = level.plan
+    if plan.weighted:
+        return weighted_interpolation(level, rows, columns)
     down = hat_matrix(rows, plan.rows, plan.row_coarsening)
     return np.kron(down, hat_matrix(columns, plan.columns, plan.column_coarsening))
+
+
+def weighted_interpolation(level, rows, columns):
+    """Interpolation by a level's weights as a matrix: each fine point from the corners of the cell that it lies in."""
+    plan, weights = level.plan, level.weights
+    matrix = np.zeros((rows, columns, plan.rows + 2, plan.columns + 2))
+    for i, j in np.ndindex(rows, columns):
+        (cell, up), (step, right) = divmod(i + 1, plan.row_coarsening), divmod(j + 1, plan.column_coarsening)
+        if not (up or right):
+            matrix[i, j, cell, step] = 1.0
+        elif up and right:
+            matrix[i, j, cell : cell + 2, step : step + 2] = weights[4:8, cell, step].reshape(2, 2)
+        elif up:
+            matrix[i, j, cell : cell + 2, step] = weights[2:4, cell, step]
+        else:
+            matrix[i, j, cell, step : step + 2] = weights[0:2, cell, step]
+    return matrix[:, :, 1:-1, 1:-1].reshape(rows * columns, plan.rows * plan.columns)
 
 
 def stencil_matrix(level):
@@ -120,21 +141,22 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
     lattice, problem, rng = case
     layout = lattice.layout
     gap = admissible(problem, rng)
-    hierarchy = Hierarchy(lattice, Team(1))
-    plan = hierarchy.levels[0].plan
+    hierarchy = hierarchy_of(lattice, Team(1))
+    first = hierarchy.levels[0]
+    plan = first.plan
     coarse = np.zeros((plan.rows + 2, plan.columns + 2), dtype=precision)
     slope = 0.3
     changes, worst = exchange_kernels(lattice.kind, precision).restrict_residual(
         layout.grid(gap), layout.grid(problem.q), *lattice.stiffnesses, *problem.bound_grids(), layout.runs,
-        layout.row_start, hierarchy.free, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening,
-        slope, 1, plan.rows + 1,
+        layout.row_start, hierarchy.free, hierarchy.changed, coarse, *first.factors, first.exchange_weights, slope,
+        1, plan.rows + 1,
     )  # fmt: skip
     reaction = problem.reaction(gap)
     free = (gap > problem.lower) & (gap < problem.upper)
     marks = lattice.marks()[layout.mask]
     grid = np.zeros(layout.mask.shape)
     grid[layout.mask] = np.where(free & (marks > 0), -reaction, 0.0)
-    expected = interpolation(plan, lattice.rows, lattice.columns).T @ grid.ravel()
+    expected = interpolation(hierarchy.levels[0], lattice.rows, lattice.columns).T @ grid.ravel()
     np.testing.assert_allclose(coarse[1:-1, 1:-1].ravel(), expected, atol=1e-5 if precision == "float32" else 1e-12)
     assert changes == np.count_nonzero(~free & (marks > 0))
     np.testing.assert_array_equal(hierarchy.free[1:-1, 1:-1][layout.mask], free * marks)
@@ -149,8 +171,8 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
     now_free = low < again[flip] < high
     changes, _ = exchange_kernels(lattice.kind, precision).restrict_residual(
         layout.grid(again), layout.grid(problem.q), *lattice.stiffnesses, *problem.bound_grids(), layout.runs,
-        layout.row_start, hierarchy.free, hierarchy.changed, coarse, plan.row_coarsening, plan.column_coarsening,
-        slope, 1, plan.rows + 1,
+        layout.row_start, hierarchy.free, hierarchy.changed, coarse, *first.factors, first.exchange_weights, slope,
+        1, plan.rows + 1,
     )  # fmt: skip
     assert changes == (now_free != free[flip] and marks[flip] > 0)
     assert np.flatnonzero(hierarchy.changed).tolist() == [np.nonzero(layout.mask)[0][flip] + 1] * changes
@@ -163,10 +185,11 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
 @given(lattices(13))
 def test_coarse_operators_are_galerkin_products_of_the_truncated_operator(case):
     lattice, problem, rng = case
-    hierarchy = Hierarchy(lattice, Team(1))
+    hierarchy = hierarchy_of(lattice, Team(1))
     marks = lattice.marks()[lattice.layout.mask]
     active = (rng.uniform(size=problem.size) < 0.8) & (marks > 0)
     hierarchy.free[1:-1, 1:-1][lattice.layout.mask] = active * marks
+    hierarchy.changed[:] = 1
     hierarchy.update()
     # Then in one row, so that only what depends on it is computed anew.
     rows = np.nonzero(lattice.layout.mask)[0]
@@ -181,7 +204,7 @@ def test_coarse_operators_are_galerkin_products_of_the_truncated_operator(case):
     operator = truncated
     size: Any = lattice.rows, lattice.columns
     for level in hierarchy.levels:
-        interpolate = interpolation(level.plan, *size)
+        interpolate = interpolation(level, *size)
         operator = interpolate.T @ operator @ interpolate
         np.testing.assert_allclose(stencil_matrix(level), operator, atol=2e-6)
         diagonal, factor = np.diag(operator), level.stencil[5, 1:-1, 1:-1].ravel()
@@ -196,7 +219,7 @@ def test_coarse_operators_are_galerkin_products_of_the_truncated_operator(case):
 def test_the_coarse_operator_of_the_five_point_one_is_that_of_bilinear_elements():
     """By hand: Pᵀ A P for A = 4 u - (four neighbours) is (1/4)[-1 -1 -1; -1 8 -1; -1 -1 -1] + ... = 3 at the centre."""
     lattice = Arms(Layout(np.ones((15, 15), dtype=bool)), 1.0, 1.0)
-    hierarchy = Hierarchy(lattice, Team(1))
+    hierarchy = hierarchy_of(lattice, Team(1))
     hierarchy.free[1:-1, 1:-1] = 1
     hierarchy.update()
     centre, east, north, north_east, north_west, factor = hierarchy.levels[0].stencil[:, 4, 4]
@@ -208,12 +231,13 @@ def test_the_coarse_operator_of_the_five_point_one_is_that_of_bilinear_elements(
 @given(lattices(), st.sampled_from([("float32", "float32"), ("float64", "float32"), ("float64", "float64")]))
 def test_passes_on_a_level_are_those_of_its_matrix(case, precisions):
     lattice, _, rng = case
-    hierarchy = Hierarchy(lattice, Team(1))
+    hierarchy = hierarchy_of(lattice, Team(1))
     hierarchy.free[1:-1, 1:-1][lattice.layout.mask] = 1
     hierarchy.update()
     level = hierarchy.levels[0]
-    coarse_plan = hierarchy.levels[min(1, len(hierarchy.levels) - 1)].plan
-    own, coarser = precisions
+    next_level = hierarchy.levels[min(1, len(hierarchy.levels) - 1)]
+    coarse_plan, weighted = next_level.plan, level.plan.weighted
+    own, coarser = ("float64", "float64") if weighted else precisions
     shape, coarse_shape = level.residual.shape, (coarse_plan.rows + 2, coarse_plan.columns + 2)
 
     def ringed(values, dtype):
@@ -224,20 +248,21 @@ def test_passes_on_a_level_are_those_of_its_matrix(case, precisions):
     right, start = (ringed(rng.normal(size=(shape[0] - 2, shape[1] - 2)), own) for _ in range(2))
     matrix, factor = stencil_matrix(level), level.stencil[5, 1:-1, 1:-1].ravel()
     rest = right[1:-1, 1:-1].ravel() - matrix @ start[1:-1, 1:-1].ravel()
-    kernels, out = level_kernels(own), np.zeros(shape, dtype=own)
+    kernels, out = level_kernels(own, level.plan.stencil_precision), np.zeros(shape, dtype=own)
     kernels.smooth_from_zero(level.stencil, right, out, 1, shape[0] - 1)
     np.testing.assert_allclose(out[1:-1, 1:-1].ravel(), factor * right[1:-1, 1:-1].ravel(), rtol=1e-5)
     kernels.smooth(level.stencil, right, start, out, 1, shape[0] - 1)
     np.testing.assert_allclose(out[1:-1, 1:-1].ravel(), start[1:-1, 1:-1].ravel() + factor * rest, atol=2e-5)
     if len(hierarchy.levels) > 1:
-        interpolate = interpolation(coarse_plan, level.plan.rows, level.plan.columns)
-        factors = coarse_plan.row_coarsening, coarse_plan.column_coarsening
+        interpolate = interpolation(next_level, level.plan.rows, level.plan.columns)
+        given = *next_level.factors, *((next_level.weights,) if weighted else ())
+        transfers = weighted_kernels() if weighted else transfer_kernels(own, coarser)
         coarse = np.zeros(coarse_shape, dtype=coarser)
-        transfer_kernels(own, coarser).restrict(level.stencil, right, start, coarse, *factors, 1, coarse_shape[0] - 1)
+        transfers.restrict(level.stencil, right, start, coarse, *given, 1, coarse_shape[0] - 1)
         np.testing.assert_allclose(coarse[1:-1, 1:-1].ravel(), interpolate.T @ rest, atol=5e-5)
         correction = ringed(rng.normal(size=(coarse_plan.rows, coarse_plan.columns)), coarser)
         added = start.copy()
-        transfer_kernels(own, coarser).add_interpolated(added, correction, *factors, 1, shape[0] - 1)
+        transfers.add_interpolated(added, correction, *given, 1, shape[0] - 1)
         expected = interpolate @ correction[1:-1, 1:-1].ravel()
         np.testing.assert_allclose((added - start)[1:-1, 1:-1].ravel(), expected, atol=1e-5)
 
@@ -248,14 +273,18 @@ def test_corrections_are_projected_and_the_line_search_knows_the_energy(case):
     layout = lattice.layout
     gap = admissible(problem, rng)
     omega, corrected = layout.grid(gap), layout.zeros()
-    plan = Hierarchy(lattice, Team(1)).levels[0].plan
+    hierarchy = hierarchy_of(lattice, Team(1))
+    first = hierarchy.levels[0]
+    plan = first.plan
     coarse = np.zeros((plan.rows + 2, plan.columns + 2))
     coarse[1:-1, 1:-1] = rng.normal(size=(plan.rows, plan.columns))
     cut = exchange_kernels(lattice.kind, "float64").correct(
-        omega, corrected, coarse, plan.row_coarsening, plan.column_coarsening, *problem.bound_grids(), layout.runs,
+        omega, corrected, coarse, *first.factors, first.exchange_weights, *problem.bound_grids(), layout.runs,
         layout.row_start, 1, lattice.rows + 1,
     )  # fmt: skip
-    step = (interpolation(plan, lattice.rows, lattice.columns) @ coarse[1:-1, 1:-1].ravel()).reshape(layout.mask.shape)
+    step = (interpolation(hierarchy.levels[0], lattice.rows, lattice.columns) @ coarse[1:-1, 1:-1].ravel()).reshape(
+        layout.mask.shape
+    )
     free = (gap > problem.lower) & (gap < problem.upper)
     wanted = gap + np.where(free & (lattice.marks()[layout.mask] > 0), step[layout.mask], 0.0)
     expected = problem.project(wanted)
@@ -282,7 +311,7 @@ def test_the_start_interpolates_the_deflection():
     lattice = Arms(Layout(np.ones((1, 5), dtype=bool)), 1.0, 0.0)
     height, omega, coarse = lattice.layout.grid(np.ones(5)), lattice.layout.zeros(), np.zeros((3, 4))
     coarse[1, 1:3] = 0.4, 2.0
-    start_from_coarse(omega, height, coarse, 1, 2, *NO_LIMITS, lattice.layout.runs, lattice.layout.row_start, 1, 2)
+    start_from_coarse(omega, height, coarse, 1, 2, 0.0, *NO_LIMITS, lattice.layout.runs, lattice.layout.row_start, 1, 2)
     np.testing.assert_allclose(lattice.layout.vector(omega), [0.8, 0.6, 0.0, 0.0, 0.0])
 
 
@@ -399,7 +428,7 @@ def test_low_strips_leave_the_sweeps_as_they_are(rows):
 
 def test_an_update_without_changes_marks_no_row():
     lattice = Arms(Layout(np.ones((40, 50), dtype=bool)), 0.25, 0.25)
-    hierarchy = Hierarchy(lattice, Team(1))
+    hierarchy = hierarchy_of(lattice, Team(1))
     hierarchy.update()
     hierarchy.update()
     assert not any(level.changed.any() for level in hierarchy.levels)

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from rational import exact_matrix, is_positive_definite
+from rational import exact_matrix, exact_solution, is_positive_definite
 
 import contactqp as cq
 from contactqp.algebra.conditioning import estimated_condition
@@ -37,15 +37,26 @@ def test_a_small_matrix_is_not_called_too_large():
     assert "too ill-conditioned for a proof: its condition number is a" in str(told.value)
 
 
-@pytest.mark.parametrize("matrix", [pair(1e-15), chain(1e-13)])
-def test_what_is_an_m_matrix_but_for_rounding_is_not_called_none(matrix):
-    problem = cq.ContactQP(matrix, -np.ones(len(matrix)))
+def test_what_is_an_m_matrix_but_for_rounding_is_not_called_none():
+    problem = cq.ContactQP(pair(1e-15), -np.ones(2))
     with pytest.warns(cq.ContactWarning, match=r"G is ill-conditioned, its condition number is about [24]e\+15"):
         solution = cq.solve(problem)
     assert "no M-matrix" not in repr(solution)
     assert solution.backend == "active-set"
     assert "auto: G is too ill-conditioned to be proven an M-matrix, its condition number is about" in solution.note
     assert "double precision keeps 0 digits of an answer" in repr(solution)
+
+
+def test_a_line_that_double_precision_takes_for_singular_is_proven_in_twice_the_precision():
+    problem = cq.ContactQP(chain(1e-13), -np.ones(50))
+    solution = cq.solve(problem)
+    assert solution.status == cq.Status.CERTIFIED
+    assert "no M-matrix" not in repr(solution)
+    assert solution.certificate.least_eigenvalue.proof == "factors in twice the precision"
+    exact, _ = exact_solution(problem, np.ones(50, dtype=bool))
+    error = max(abs(Fraction(float(found)) - gap) for found, gap in zip(solution.gap, exact, strict=True))
+    assert error <= Fraction(solution.certificate.gap_bound)
+    assert error < 1e-6 * max(exact)
 
 
 def test_a_well_conditioned_matrix_has_nothing_of_that_in_its_messages():

@@ -4,7 +4,7 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from rational import exact_solution
+from rational import adversarial_answer, assert_certificate_holds, exact_solution
 from scipy import sparse
 
 import contactqp as cq
@@ -92,6 +92,47 @@ def test_the_eigenvalue_of_a_beam_is_bounded_closely(nodes):
     exact = np.linalg.eigvalsh(least.units[:, None] * matrix.toarray() * least.units).min()
     assert 0.8 * exact < least.bound < exact
     assert least.proof == "factors"
+
+
+def bent(rng):
+    """Return a problem with a small band, at times nearly singular: free, in contact, or nearly between the two."""
+    size = int(rng.integers(3, 8))
+    width = int(rng.integers(1, 4))
+    lower = np.tril(np.triu(rng.normal(size=(size, size)), -width))
+    matrix = lower @ lower.T
+    matrix = np.tril(matrix + 10.0 ** rng.uniform(-13, -1) * np.eye(size))
+    matrix += np.tril(matrix, -1).T
+    gap = np.where(rng.uniform(size=size) < 0.5, 10.0 ** rng.uniform(-rng.choice([1, 12]), 0, size), 0.0)
+    press = np.where(gap == 0, 10.0 ** rng.uniform(-rng.choice([1, 15]), 0, size), 0.0)
+    q = press - matrix @ gap
+    if rng.uniform() < 0.5:
+        return cq.ContactQP(matrix, q)
+    upper = np.where(rng.uniform(size=size) < 0.5, gap, gap + 10.0 ** rng.uniform(-12, 0, size))
+    return cq.ContactQP(matrix, q, np.where(rng.uniform(size=size) < 0.8, 0.0, -np.inf), upper)
+
+
+@pytest.mark.parametrize("cases", [range(60), pytest.param(range(60, 600), marks=pytest.mark.slow)])
+def test_certificates_in_twice_the_precision_hold_in_rational_numbers(cases, monkeypatch):
+    """Every matrix is taken for a stiff narrow band."""
+    monkeypatch.setattr("contactqp.algebra.narrow_band.STIFF", np.inf)
+    monkeypatch.setattr("contactqp.algebra.narrow_band.SHORTEST", 0)
+    certified = 0
+    for case in cases:
+        rng = np.random.default_rng([106, case])
+        try:
+            problem = bent(rng)
+        except ValueError:  # singular to rounding
+            continue
+        gap, reaction = exact_solution(problem)
+        solution = cq.solve(problem, "active-set", on_failure="ignore")
+        certified += solution.status.ok
+        for answer in (solution.gap, adversarial_answer(rng, problem, gap)):
+            try:
+                certificate = cq.certify(problem, answer)
+            except cq.UnsuitableProblemError:
+                continue
+            assert_certificate_holds(certificate, gap, reaction, answer)
+    assert certified > 0.8 * len(cases)
 
 
 def gaussian_kernel(rng):

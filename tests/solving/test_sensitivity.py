@@ -36,6 +36,11 @@ def cable(load=1.0, support=lambda x: 0.4 + 0.1 * np.sin(x), tension=2.0, frame_
     return cq.Cable(span=10.0, spacing=0.1, tension=tension, load=load, support=support, frame_height=frame_height)
 
 
+def beam(load=1.0, support=lambda x: 0.4 + 0.1 * np.sin(x), tension=2.0, frame_height=0.0, foundation=0.2):
+    given = {"support": support, "frame_height": frame_height, "foundation": foundation, "ends": ("clamped", "pinned")}
+    return cq.Beam(span=10.0, spacing=0.25, bending_stiffness=0.7, tension=tension, load=load, **given)
+
+
 def with_pit(load=0.3, support=None, tension=1.0, frame_height=0.0):
     """A support that is missing in the middle, so that the gap is counted from the frame there."""
     support = (lambda x, y: np.where(np.hypot(x, y) < 0.5, np.inf, ground(x, y))) if support is None else support
@@ -58,6 +63,7 @@ MODELS: dict[str, Any] = {
     "upwards": turned_over,
     "between": between,
     "cable": cable,
+    "beam": beam,
     "pit": with_pit,
     "net": net,
 }
@@ -200,6 +206,14 @@ def test_derivatives_by_the_height_of_each_point_of_the_frame(kind):
     told = float(model.node_x @ found.gap) + found.total_reaction
     assert float((gradient[name] * direction).sum()) == pytest.approx(told, rel=1e-9, abs=1e-9)
     assert gradient[name].sum() == pytest.approx(gradient["frame_height"], rel=1e-9, abs=1e-9)
+
+
+def test_a_beam_without_tension_has_a_derivative_by_it():
+    tensions = 0.0, 1e-5
+    free, stretched = (exactly(beam(tension=tension)) for tension in tensions)
+    change = free.sensitivity().forward(tension=1.0).deflection
+    difference = (stretched.deflection - free.deflection) / tensions[1]
+    np.testing.assert_allclose(change, difference, rtol=1e-3, atol=1e-4 * np.abs(difference).max())
 
 
 def test_directions_add_up():

@@ -34,7 +34,8 @@ _NEARLY_DENSE = 0.3
 
 _GROW = 1 + 16 * UNIT_ROUNDOFF
 
-_POWER_STEPS = 8
+_POWER_STEPS, _SETTLED = 8, 1e-3
+"""Steps of inverse iteration at most, and the relative change of the estimate at which they end."""
 
 
 class Band:
@@ -222,8 +223,11 @@ def estimated_least_eigenvalue(solve: Callable[[Vector], Vector], size: int) -> 
     size : int
         Unknowns.
     """
-    before = vector = np.random.default_rng(0).uniform(-1, 1, size)
+    vector, last, estimate = np.random.default_rng(0).uniform(-1, 1, size), np.inf, np.inf
     for _ in range(_POWER_STEPS):
         before = vector / np.sqrt((vector * vector).sum())
         vector = solve(before)
-    return float((before * vector).sum() / (vector * vector).sum())
+        last, estimate = estimate, float((before * vector).sum() / (vector * vector).sum())
+        if abs(estimate - last) <= _SETTLED * estimate:
+            break
+    return estimate

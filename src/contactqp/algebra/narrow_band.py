@@ -20,7 +20,7 @@ no positive one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,6 +157,28 @@ def stiff_band(band: Band) -> NarrowBand | None:
     if factors is not None and factors.estimated_least_eigenvalue() > STIFF:
         return None
     return NarrowBand.of(band)
+
+
+def solver(band: Band, least: float) -> Callable[[Vector], Vector] | None:
+    """Return a function that solves with a matrix by factors in a band, in twice the precision where that is needed.
+
+    Parameters
+    ----------
+    band : Band
+    least : float
+        A lower bound of the smallest eigenvalue, for a diagonal of about one; 0 where none is known.
+
+    Returns
+    -------
+    callable or None
+        Takes and returns vectors in the order of the matrix; None where factors would take too long, or do not exist.
+    """
+    narrow = NarrowBand.of(band) if least < STIFF and is_narrow(band) else None
+    accurate = None if narrow is None else narrow.factors()
+    if accurate is not None:
+        return lambda force: accurate.solve(band.inwards(force))[0][band.place]
+    factors = band.factors() if band.affordable else None
+    return None if factors is None else factors.solve
 
 
 class NarrowFactors:

@@ -131,8 +131,8 @@ def _lattice_start(problem: ContactProblem, task: Task) -> Vector | None:
     load_modules("contactqp.methods.multigrid.nested", kernels="multigrid")
     from ..methods.multigrid.arms import arms_of
     from ..methods.multigrid.contact import NO_LIMITS
-    from ..methods.multigrid.hierarchy import load_kernels
     from ..methods.multigrid.nested import nearly_solved
+    from ..methods.multigrid.weighted_hierarchy import load_kernels
 
     lattice = arms_of(stencil, layout)
     load_kernels(lattice)

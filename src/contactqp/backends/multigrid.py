@@ -23,7 +23,14 @@ _MAX_CYCLES = 200
 _PATIENCE = 5
 """Cycles without gain, at the level of rounding errors, after which the method gives up."""
 
-_STALLING = 12
+_PATIENCE_WHERE_ARMS_DIFFER = 2
+_SETTLED = 0.01
+"""So many such cycles suffice where arms differ, if the gap changes by less than this part of the tolerance: the
+forces of stiff arms, rounded, say little, and the judge has a sharper certificate."""
+
+_ROUNDING = "what is left are rounding errors"
+
+_STALLING, _STALLING_WHERE_ARMS_DIFFER = 12, 24
 """Cycles in which the bound is expected to fall by a factor of ten at least."""
 
 _WORTH_ASSEMBLING = 1_000_000
@@ -72,7 +79,7 @@ class _Prepared(State):
         assert stencil is not None
         load_modules("contactqp.methods.multigrid.nested", kernels="multigrid")
         from ..methods.multigrid.arms import arms_of
-        from ..methods.multigrid.hierarchy import load_kernels
+        from ..methods.multigrid.weighted_hierarchy import load_kernels
 
         self._arms = arms_of(stencil, problem.layout)
         load_kernels(self._arms)
@@ -208,10 +215,14 @@ class _Log:
             return Stop.TIME_LIMIT, "time limit"
         if self.cycles == budget:
             return Stop.ITERATION_LIMIT, "cycle limit"
+        settled = solver.lattice.varying and self._idle >= _PATIENCE_WHERE_ARMS_DIFFER
+        if settled and solver.last_step() <= _SETTLED * task.tol:
+            return Stop.DONE, _ROUNDING
         if self._idle == _PATIENCE:
             # Where arms differ much, what is rounding for the stiff ones may be an error for the soft.
-            return self._hand_over(solver, solver.lattice.varying, "what is left are rounding errors")
-        lately, before = self.bounds[-_STALLING:], self.bounds[:-_STALLING]
+            return self._hand_over(solver, solver.lattice.varying, _ROUNDING)
+        window = _STALLING_WHERE_ARMS_DIFFER if solver.lattice.varying else _STALLING
+        lately, before = self.bounds[-window:], self.bounds[:-window]
         if not self._idle and before and min(lately) > 0.1 * min(before):
             return self._hand_over(solver, True, "stalled")
         return None

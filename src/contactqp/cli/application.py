@@ -51,7 +51,7 @@ app = typer.Typer(
     name="contactqp",
     cls=_Commands,
     help=(
-        "Membranes and cables over rigid obstacles, solved by any backend by name.\n\n"
+        "Membranes, plates, cables and beams over rigid obstacles, solved by any backend by name.\n\n"
         "A case file (TOML) describes frame, spacing, tension, load and support; 'contactqp new' writes one. "
         "Every answer is judged by the package itself and comes with a certified bound of its error "
         "against the exact solution of the discrete problem.\n\n"

@@ -31,8 +31,7 @@ from .application import (
 
 if TYPE_CHECKING:
     from ..foundation.brackets import Bracket
-    from ..models.cable import Cable
-    from ..models.membrane import Membrane
+    from ..io.cases import Model
 
 
 @app.command()
@@ -247,7 +246,7 @@ def certify(
 
 @app.command()
 def new(
-    kind: Annotated[str, typer.Argument(help="Which: membrane, hexagon, dome or cable.")] = "membrane",
+    kind: Annotated[str, typer.Argument(help="Which: membrane, hexagon, dome, plate, cable or beam.")] = "membrane",
 ) -> None:
     """Write a commented case file, which solves as it is: 'contactqp new cable > case.toml'."""
     from ..io.templates import template
@@ -330,7 +329,7 @@ def _headed(title: str, own: str) -> str:
     return f"{shortened(title, 100)}\n{own}" if title else own
 
 
-def _read(case: Path) -> tuple[Membrane | Cable, str]:
+def _read(case: Path) -> tuple[Model, str]:
     """Return model and title of a case file; what is strange about it is a line on standard error."""
     from ..errors import ContactWarning
     from ..io.cases import read_case

@@ -52,7 +52,7 @@ class Wanted:
         Parameters
         ----------
         quantity : str
-            ``"length"``, ``"force"``, ``"force per length"`` or ``"force per area"``.
+            ``"length"``, ``"force"``, ``"force times length"``, ``"force per length"`` or ``"force per area"``.
 
         Examples
         --------
@@ -67,6 +67,8 @@ class Wanted:
             return length
         if quantity == _FORCE:
             return force
+        if quantity == "force times length":
+            return f"{force} {length}" if length and force else ""
         power = {"force per length": "", "force per area": "²"}.get(quantity)
         return f"{force}/{length}{power}" if length and force and power is not None else ""
 

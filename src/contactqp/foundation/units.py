@@ -18,6 +18,8 @@ _PARTS = {
     "force per area": (-2, 1),
     "force per length and length": (-2, 1),
     "force per area and length": (-3, 1),
+    "force times length": (1, 1),
+    "force times length squared": (2, 1),
     "1": (0, 0),
 }
 """Quantities as powers of length and force."""

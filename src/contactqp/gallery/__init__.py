@@ -1,5 +1,6 @@
 """Gallery: named problems with known answers, for tests, benchmarks and lectures."""
 
+from .beams import beam_on_floor
 from .cables import (
     cable_between_floor_and_ceiling,
     cable_of_varying_tension,
@@ -19,11 +20,13 @@ from .membranes import (
     paper_hexagon,
     spiral,
 )
+from .plates import plate_under_load
 
 __all__ = [
     "PAPER_CORNERS",
     "PAPER_LOADS",
     "ball",
+    "beam_on_floor",
     "bowl",
     "cable_between_floor_and_ceiling",
     "cable_of_varying_tension",
@@ -35,5 +38,6 @@ __all__ = [
     "l_shape_with_hole",
     "orthotropic_ellipse",
     "paper_hexagon",
+    "plate_under_load",
     "spiral",
 ]

@@ -90,6 +90,43 @@ def on_arms(lattice: Lattice, field: Any, name: str, along: str, rows: Rows = "u
     return ArmField(_one_if_equal(arms, chosen), _one_if_equal(nodes, nodes))
 
 
+def at_points_of_line(lattice: Lattice, field: Any, name: str) -> float | Vector:
+    """Return the values of a field > 0 at the nodes of a row and at both ends of it, the number that all have if so.
+
+    Parameters
+    ----------
+    lattice : Lattice
+        One row of nodes.
+    field, name
+        As for `on_arms`; where an array has no values for the ends, they have those of the nodes beside them.
+
+    Returns
+    -------
+    float or array, shape (nodes + 2,)
+
+    Examples
+    --------
+    >>> row = Lattice.from_mask([[True, True]], spacing=1.0)
+    >>> at_points_of_line(row, [1.0, 3.0], "bending_stiffness")
+    array([1., 1., 3., 3.])
+    >>> at_points_of_line(row, lambda x, y: 2 + x, "bending_stiffness")
+    array([1., 2., 3., 4.])
+    """
+    if is_dataarray(field) and not field.ndim:
+        field = field.item()
+    if is_function(field):
+        column = np.arange(lattice.size + 2)
+        x, y = lattice.ring_coordinates(np.ones_like(column), column)
+        values = np.array(np.broadcast_to(evaluated(field, x, y, name), x.shape))
+        _refuse(values, name, lambda point: f"at x={x[point]:g}")
+    elif is_dataarray(field) or np.ndim(field):
+        values = _with_ring(lattice, field, name, "up", _joined(lattice, _AXES["x"]), _AXES["x"])[1]
+        values[[0, -1]] = np.where(np.isnan(values[[0, -1]]), values[[1, -2]], values[[0, -1]])
+    else:
+        return positive_number(field, name)
+    return _one_if_equal(values, values)
+
+
 def _one_if_equal(values: NDArray[np.float64], chosen: Vector) -> float | NDArray[np.float64]:
     return float(chosen[0]) if (chosen == chosen[0]).all() else read_only(values)
 

@@ -7,10 +7,15 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, StrictBool, Tag, TypeAdapter
 
 from ..geometry.frame import Frame
+from ..models.beam import End
+from ..models.plate import Edge
 from ..profiles.analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane
 from ..profiles.sampled import Sampled
 
 Positive: TypeAlias = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
+
+
+NonNegative: TypeAlias = Annotated[float, Field(ge=0, allow_inf_nan=False, strict=True)]
 
 
 Finite: TypeAlias = Annotated[float, Field(allow_inf_nan=False, strict=True)]
@@ -283,23 +288,18 @@ Tension: TypeAlias = Annotated[Annotated[Positive, Tag("number")] | _File, _ByKi
 TensionOrPair: TypeAlias = Annotated[
     Annotated[Tension, Tag("one")] | Annotated[tuple[Tension, Tension], Tag("pair")], Discriminator(_kind_of_tension)
 ]
+TensionOrNone: TypeAlias = Annotated[Annotated[NonNegative, Tag("number")] | _File, _ByKind]
 Load: TypeAlias = Annotated[_Number | _File, _ByKind]
+AnySupport: TypeAlias = Annotated[Annotated[Ordinate, Tag("number")] | _Profile, _ByKind]
+"""A support where values of files would have no places."""
 Support: TypeAlias = Annotated[Annotated[Ordinate, Tag("number")] | _File | _Profile, _ByKind]
 FrameHeight: TypeAlias = Annotated[_Number | _Profile, _ByKind]
 
 
-class MembraneCase(Section):
-    """``model = "membrane"``, which is the default.
-
-    Heights (support, frame height, and the deflection that comes out) are positive downwards, or with
-    ``upwards = true`` elevations, positive upwards; a load is positive downwards and a profile's ``depth`` a depth in
-    either case.
-    """
-
-    model: Literal["membrane"] = "membrane"
+class _CaseInPlan(Section):
     title: str = ""
     frame: FrameSection
-    """The contour that the membrane is stretched over."""
+    """The contour that it is held at."""
     spacing: Positive
     """Distance of neighbouring nodes (length)."""
     origin: Point | None = None
@@ -310,8 +310,6 @@ class MembraneCase(Section):
     """Whether heights are elevations, positive upwards."""
     crs: str = ""
     """Coordinate reference system of x and y, as "EPSG:25832"; a mask's .tif file may tell it, too."""
-    tension: TensionOrPair
-    """Force per length: a number or a file; or two of these in brackets, along x and along y."""
     load: Load
     """Active pressure, positive downwards (force per area)."""
     support: Support
@@ -319,9 +317,36 @@ class MembraneCase(Section):
     frame_height: FrameHeight = 0.0
     """Height of the frame (length), positive as that of the support."""
     ceiling: Support | None = None
-    """Height of a rigid surface above the membrane (length), positive as that of the support; -inf (inf) for none."""
+    """Height of a rigid surface above (length), positive as that of the support; -inf (inf) for none."""
     foundation: Load | None = None
     """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per area and length)."""
+
+
+class MembraneCase(_CaseInPlan):
+    """``model = "membrane"``, which is the default.
+
+    Heights (support, frame height, and the deflection that comes out) are positive downwards, or with
+    ``upwards = true`` elevations, positive upwards; a load is positive downwards and a profile's ``depth`` a depth in
+    either case.
+    """
+
+    model: Literal["membrane"] = "membrane"
+    tension: TensionOrPair
+    """Force per length: a number or a file; or two of these in brackets, along x and along y."""
+
+
+class PlateCase(_CaseInPlan):
+    """``model = "plate"``; heights as for a membrane. The frame must run along lattice lines."""
+
+    model: Literal["plate"]
+    bending_stiffness: Positive
+    """D = Eh³/12(1 - ν²): force times length."""
+    tension: NonNegative = 0.0
+    """Force per length, 0 for none."""
+    edge: Edge = "clamped"
+    """How the edge is held: "clamped" or "simply supported"."""
+    poisson_ratio: Finite = 0.3
+    """ν, by which moments go."""
 
 
 class CableCase(Section):
@@ -351,6 +376,62 @@ class CableCase(Section):
     """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per length and length)."""
 
 
+class MeshMembraneCase(Section):
+    """``model = "mesh membrane"``; heights as for a membrane."""
+
+    model: Literal["mesh membrane"]
+    title: str = ""
+    file: str
+    """A mesh of triangles that meshio reads, as Gmsh's .msh; path from the case file's folder."""
+    fixed: str | list[str] | None = None
+    """Groups of the mesh whose points are fixed, by name; by default the boundary."""
+    upwards: StrictBool = False
+    """Whether heights are elevations, positive upwards."""
+    tension: Positive
+    """Force per length."""
+    load: Finite
+    """Active pressure, positive downwards (force per area)."""
+    support: AnySupport
+    """Height of the rigid profile (length), positive downwards, or upwards with upwards = true; inf (-inf) for none."""
+    frame_height: FrameHeight = 0.0
+    """Height of the fixed points (length), positive as that of the support."""
+    ceiling: AnySupport | None = None
+    """Height of a rigid surface above the membrane (length), positive as that of the support; -inf (inf) for none."""
+    foundation: Finite | None = None
+    """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per area and length)."""
+
+
+class BeamCase(Section):
+    """``model = "beam"``; heights as for a membrane."""
+
+    model: Literal["beam"]
+    title: str = ""
+    span: Positive
+    """Distance of the ends, a whole multiple of the spacing (length)."""
+    start: Finite = 0.0
+    """Abscissa of the left end (length)."""
+    ends: End | tuple[End, End] = ("pinned", "pinned")
+    """How the left and the right end are held, "pinned", "clamped" or "free": one word for both, or two in brackets."""
+    upwards: StrictBool = False
+    """Whether heights are elevations, positive upwards."""
+    spacing: Positive
+    """Distance of neighbouring nodes (length)."""
+    bending_stiffness: Tension
+    """EI, force times length squared: a number, or a file with a value for each node between the ends."""
+    tension: TensionOrNone = 0.0
+    """Force: a number, 0 for none, or a file with a value for each node between the ends."""
+    load: Load
+    """Active load, positive downwards (force per length)."""
+    support: Support
+    """Height of the ground (length), positive downwards, or upwards with upwards = true; inf (-inf) for none."""
+    frame_height: FrameHeight = 0.0
+    """Heights of the ends that are held (length), positive as that of the ground."""
+    ceiling: Support | None = None
+    """Height of a rigid surface above the beam (length), positive as that of the ground; -inf (inf) for none."""
+    foundation: Load | None = None
+    """Stiffness of an elastic foundation, which pulls to height zero, >= 0 (force per length and length)."""
+
+
 def schema() -> dict[str, Any]:
     """Return the JSON schema of case files.
 
@@ -359,5 +440,5 @@ def schema() -> dict[str, Any]:
     >>> schema()["$schema"]
     'https://json-schema.org/draft/2020-12/schema'
     """
-    found = TypeAdapter[Any](MembraneCase | CableCase).json_schema()
+    found = TypeAdapter[Any](MembraneCase | CableCase | MeshMembraneCase | BeamCase | PlateCase).json_schema()
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "contactqp case file"} | found

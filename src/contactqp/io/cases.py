@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from pydantic import ValidationError
@@ -13,14 +13,31 @@ from ..errors import CaseFileError
 from ..foundation.text import shortened
 from ..geometry.fields import Rows, upwards_rows
 from ..geometry.lattice import Lattice
+from ..models.beam import Beam
 from ..models.cable import Cable
 from ..models.membrane import Membrane
+from ..models.mesh_membrane import MeshMembrane
+from ..models.plate import Plate
 from .case_errors import explained
-from .case_sections import PROFILES, CableCase, DataFile, MaskFile, MembraneCase, SampledSection
+from .case_sections import (
+    PROFILES,
+    BeamCase,
+    CableCase,
+    DataFile,
+    MaskFile,
+    MembraneCase,
+    MeshMembraneCase,
+    PlateCase,
+    SampledSection,
+    Section,
+)
 from .data_files import Reading, existing_file, read_raster
 from .on_nodes import on_lattice, rows_of, upright, without_missing
 from .rasters import Raster
 from .toml_files import read_toml
+
+Model: TypeAlias = Membrane | Cable | MeshMembrane | Beam | Plate
+"""What a case file may describe."""
 
 
 class Case(NamedTuple):
@@ -28,16 +45,16 @@ class Case(NamedTuple):
 
     Attributes
     ----------
-    model : Membrane or Cable
+    model : Membrane, Cable, MeshMembrane, Beam or Plate
     title : str
         For pictures and pages; ``""`` where the file has none.
     """
 
-    model: Membrane | Cable
+    model: Model
     title: str
 
 
-def load_case(path: str | Path) -> Membrane | Cable:
+def load_case(path: str | Path) -> Model:
     """Return the model that a case file describes; `read_case` returns its title as well.
 
     Parameters
@@ -47,7 +64,7 @@ def load_case(path: str | Path) -> Membrane | Cable:
 
     Returns
     -------
-    Membrane or Cable
+    Membrane, Cable, MeshMembrane, Beam or Plate
         Where the rows of a data file go down, as those of pictures and .tif files, the model is one with
         ``rows="down"``: an array without coordinates that it is given later, such as an answer, must say its rows.
 
@@ -84,7 +101,7 @@ def read_case(path: str | Path) -> Case:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             model = model_of(case, path)
             _ = model.problem
-            return Case(model, case.title)
+            return Case(model, case.title)  # type: ignore[attr-defined]
     except ValidationError as error:
         raise CaseFileError(f"{path}: {explained(error, section)}") from None
     except CaseFileError:
@@ -125,13 +142,16 @@ class _Files:
         except CaseFileError as error:
             raise CaseFileError(f"{self.path}: {key} = {shortened(section.file)!r}: {error}") from None
 
-    def field(self, value: Any, key: str, lattice: Lattice, *, upwards: bool = False) -> Any:
-        """Return a load, a height or a tension as a model takes it; numbers of a file as an array whose rows go up."""
+    def field(self, value: Any, key: str, lattice: Lattice | None, *, upwards: bool = False) -> Any:
+        """Return a load, a height or a tension as a model takes it; numbers of a file as an array whose rows go up.
+
+        Without a lattice there are no numbers of files.
+        """
         if value is None or isinstance(value, float):
             return value
         if isinstance(value, tuple):
             return tuple(self.field(part, f"{key}[{k}]", lattice) for k, part in enumerate(value))
-        if isinstance(value, DataFile):
+        if isinstance(value, DataFile) and lattice is not None:
             raster = self.upright(value, f"{key}.file")
             absent = None
             if value.missing == "none":
@@ -157,25 +177,41 @@ class _Files:
             raise CaseFileError(f"{self.path}: {key}: {error}") from None
 
 
-def _membrane(case: MembraneCase, path: Path) -> Membrane:
+def _in_plan(case: MembraneCase | PlateCase, path: Path, *more: str) -> dict[str, Any]:
+    """Return the lattice of a membrane or a plate, and its fields: those of both, and more by name."""
     files = _Files(path)
     if isinstance(case.frame, MaskFile):
-        if case.fitted:
+        if getattr(case, "fitted", False):
             raise CaseFileError(f"{path}: fitted = true needs a frame with a contour, and a mask has none")
         lattice = _masked(case, case.frame, files)
     else:
-        lattice = case.frame.build().in_crs(case.crs).lattice(case.spacing, case.origin, fitted=case.fitted)
-    fields = {
-        "load": files.field(case.load, "load", lattice),
-        "support": files.field(case.support, "support", lattice, upwards=case.upwards),
-        "frame_height": files.field(case.frame_height, "frame_height", lattice, upwards=case.upwards),
-        "tension": files.field(case.tension, "tension", lattice),
-        "ceiling": files.field(case.ceiling, "ceiling", lattice, upwards=case.upwards),
-        "foundation": files.field(case.foundation, "foundation", lattice),
+        lattice = (
+            case.frame.build()
+            .in_crs(case.crs)
+            .lattice(case.spacing, case.origin, fitted=getattr(case, "fitted", False))
+        )
+    heights = {
+        name: files.field(getattr(case, name), name, lattice, upwards=case.upwards)
+        for name in ("support", "frame_height", "ceiling")
     }
+    fields = heights | {name: files.field(getattr(case, name), name, lattice) for name in ("load", "foundation", *more)}
     if files.rows == "down":
         fields = {name: _turned(value) for name, value in fields.items()}
-    return Membrane(lattice, **fields, upwards=case.upwards, rows=files.rows)
+    return {"lattice": lattice, **fields, "upwards": case.upwards, "rows": files.rows}
+
+
+def _membrane(case: MembraneCase, path: Path) -> Membrane:
+    return Membrane(**_in_plan(case, path, "tension"))
+
+
+def _plate(case: PlateCase, path: Path) -> Plate:
+    return Plate(
+        bending_stiffness=case.bending_stiffness,
+        tension=case.tension,
+        edge=case.edge,
+        poisson_ratio=case.poisson_ratio,
+        **_in_plan(case, path),
+    )
 
 
 def _turned(field: Any) -> Any:
@@ -185,7 +221,7 @@ def _turned(field: Any) -> Any:
     return upwards_rows(field, "down") if isinstance(field, np.ndarray) and field.ndim else field
 
 
-def _masked(case: MembraneCase, frame: MaskFile, files: _Files) -> Lattice:
+def _masked(case: MembraneCase | PlateCase, frame: MaskFile, files: _Files) -> Lattice:
     """Return the lattice of a mask file; where a geo-transform places it, spacing and origin must be the file's."""
     raster = files.upright(frame, "frame.file")
     mask, origin = raster.values > frame.threshold, case.origin
@@ -222,8 +258,42 @@ def _cable(case: CableCase, path: Path) -> Cable:
     )
 
 
-_KINDS: dict[str, tuple[type[MembraneCase | CableCase], Callable[[Any, Path], Membrane | Cable]]] = {
+def _mesh_membrane(case: MeshMembraneCase, path: Path) -> MeshMembrane:
+    files = _Files(path)
+    heights = {
+        name: files.field(getattr(case, name), name, None, upwards=case.upwards)
+        for name in ("support", "frame_height", "ceiling")
+    }
+    mesh = existing_file(path, "file", case.file)
+    given = {"load": case.load, "foundation": case.foundation, "fixed": case.fixed, "upwards": case.upwards}
+    return MeshMembrane.from_meshio(mesh, case.tension, **heights, **given)
+
+
+def _beam(case: BeamCase, path: Path) -> Beam:
+    files = _Files(path)
+    between = Cable.lattice_of(case.span, spacing=case.spacing, start=case.start)
+    lattice = Beam.lattice_of(case.span, spacing=case.spacing, ends=case.ends, start=case.start)
+    return Beam(
+        span=case.span,
+        spacing=case.spacing,
+        bending_stiffness=files.field(case.bending_stiffness, "bending_stiffness", between),
+        tension=files.field(case.tension, "tension", between),
+        load=files.field(case.load, "load", lattice),
+        support=files.field(case.support, "support", lattice, upwards=case.upwards),
+        ends=case.ends,
+        frame_height=files.field(case.frame_height, "frame_height", lattice, upwards=case.upwards),
+        start=case.start,
+        upwards=case.upwards,
+        ceiling=files.field(case.ceiling, "ceiling", lattice, upwards=case.upwards),
+        foundation=files.field(case.foundation, "foundation", lattice),
+    )
+
+
+_KINDS: dict[str, tuple[type[Section], Callable[[Any, Path], Model]]] = {
     "membrane": (MembraneCase, _membrane),
     "cable": (CableCase, _cable),
+    "beam": (BeamCase, _beam),
+    "plate": (PlateCase, _plate),
+    "mesh membrane": (MeshMembraneCase, _mesh_membrane),
 }
 """The section that describes a kind of model, and what makes the model of it, by the name in the file."""

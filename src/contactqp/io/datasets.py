@@ -86,8 +86,9 @@ def dataset_of(model: ContactModel, fields: Mapping[str, Field]) -> xr.Dataset:
     load_modules("xarray")
     import xarray as xr
 
+    on = model.laid_out_on
     variables = {
-        name: (*model.laid_out(field.values), {"units": _told(field.unit, model), "long_name": field.meaning})
+        name: (*model.laid_out(field.values), {"units": _told(field.unit, model), "long_name": field.meaning, **on})
         for name, field in fields.items()
     }
     coordinates = {
@@ -102,5 +103,5 @@ def _told(unit: str, model: ContactModel) -> str:
     return unit_of(unit, model.unit_names) or unit
 
 
-def _with_unit(attributes: Mapping[str, str], model: ContactModel) -> dict[str, str]:
+def _with_unit(attributes: Mapping[str, Any], model: ContactModel) -> dict[str, Any]:
     return {name: _told(value, model) if name == "units" else value for name, value in attributes.items()}

@@ -47,9 +47,10 @@ def fields_of(solution: Answered) -> dict[str, Field]:
     -------
     dict of str to Field
         gap, reaction and contact; of a model also deflection, support, load, what it has of ceiling, foundation and of
-        a tension that varies (tension, or tension_x and tension_y), and, where its nodes stand for an area,
-        contact_pressure; with a certificate also gap_lower, gap_upper, reaction_lower, reaction_upper and
-        contact_state (see `NodeState`). Where a model has no support, gap and its bounds are infinite.
+        a tension that varies (tension, or tension_x and tension_y), of a beam bending_moment and shear, and, where its
+        nodes stand for an area, contact_pressure; with a certificate also gap_lower, gap_upper, reaction_lower,
+        reaction_upper and contact_state (see `NodeState`). Where a model has no support, gap and its bounds are
+        infinite.
 
     Examples
     --------
@@ -86,6 +87,7 @@ def _shape(solution: Answered, model: ContactModel) -> dict[str, Field]:
         "deflection": Field(solution.deflection, "length", f"deflection, {model.sense}"),
         "support": Field(model.support, "length", f"height of the rigid profile, {model.sense}"),
         **{name: Field(*facts) for name, facts in model.fields.items()},
+        **{name: Field(*facts) for name, facts in model.fields_of_answer(solution.gap).items()},
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..foundation.loading import needed
 from ..foundation.units import unit_of
-from ..models.membrane import Membrane
+from ..models.on_area import AreaModel
 from .fields import fields_of
 from .provenance import provenance_of
 
@@ -28,8 +28,8 @@ def require_membrane(model: ContactModel) -> None:
     TypeError, ValueError
         The latter if there is no such coordinate reference system.
     """
-    if not isinstance(model, Membrane):
-        raise TypeError(f"a GeoTIFF holds the fields of a membrane, this is {model!r}; write .nc or .csv")
+    if not isinstance(model, AreaModel):
+        raise TypeError(f"a GeoTIFF holds the fields of a membrane or a plate, this is {model!r}; write .nc or .csv")
     if model.crs:
         rasterio = needed("rasterio", "writing GeoTIFF", INSTALL)
         try:
@@ -41,7 +41,7 @@ def require_membrane(model: ContactModel) -> None:
 def write_geotiff(solution: Answered, model: ContactModel, path: Path) -> None:
     """Write every field as a band of doubles, nan outside the frame, with its unit and its name."""
     require_membrane(model)
-    assert isinstance(model, Membrane)
+    assert isinstance(model, AreaModel)
     rasterio = needed("rasterio", "writing GeoTIFF", INSTALL)
     fields, lattice = fields_of(solution), model.lattice
     rows, columns = lattice.shape

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..foundation.loading import needed
 from ..models.base import ContactModel
 from ..models.cable_net import CableNet
+from ..models.mesh_membrane import MeshMembrane
 from ..models.on_lattice import LatticeModel
 from .fields import fields_of
 from .provenance import provenance_of
@@ -34,8 +35,9 @@ class Shape(NamedTuple):
         Places in plan and heights as the model has them (length).
     node : array of int, shape (n,)
         Which of the points are the nodes, in their order.
-    cells : array of int, shape (cells, 2 or 4)
-        Numbers of the points at the ends of a segment, or around a square, of a triangle with one -1 among them.
+    cells : array of int, shape (cells, 2, 3 or 4)
+        Numbers of the points at the ends of a segment, or around a triangle or a square; of a triangle among squares
+        with one -1.
     """
 
     x: Vector
@@ -56,8 +58,8 @@ def shape_of(model: ContactModel, gap: Vector) -> Shape:
 
 @shape_of.register(LatticeModel)
 def _on_lattice(model: LatticeModel, gap: Vector) -> Shape:
-    nodes = model.stencil.padded_mask()
-    there = nodes | model.stencil.frame_points()
+    nodes = model.padded_mask()
+    there = nodes | model.frame_points()
     number = np.full(there.shape, -1, dtype=np.int64)
     number[there] = np.arange(np.count_nonzero(there))
     x, y = model.lattice.ring_coordinates(*np.nonzero(there))
@@ -78,6 +80,13 @@ def _of_net(model: CableNet, gap: Vector) -> Shape:
     heights = model.point_heights(model.deflection(gap))
     x, y = model.positions.T
     return Shape(x, y, heights, np.asarray(model.free), np.asarray(model.segments))
+
+
+@shape_of.register(MeshMembrane)
+def _of_triangles(model: MeshMembrane, gap: Vector) -> Shape:
+    heights = model.point_heights(model.deflection(gap))
+    x, y = model.positions.T
+    return Shape(x, y, heights, np.asarray(model.free), np.asarray(model.triangles))
 
 
 def surface_of(solution: Answered, model: ContactModel) -> Any:

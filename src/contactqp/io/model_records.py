@@ -13,10 +13,14 @@ from ..geometry.cuts import Cuts
 from ..geometry.lattice import Lattice
 from ..geometry.on_arms import ArmField
 from ..models.base import ContactModel
+from ..models.beam import Beam
 from ..models.cable import Cable
 from ..models.cable_net import CableNet
 from ..models.membrane import Membrane
+from ..models.mesh_membrane import MeshMembrane
+from ..models.on_area import AreaModel
 from ..models.on_lattice import LatticeModel
+from ..models.plate import Plate
 from ..models.tension import Tension
 
 if TYPE_CHECKING:
@@ -97,7 +101,11 @@ def _arms(model: LatticeModel) -> dict[str, tuple[tuple[str, ...], Any, str]]:
     rows, columns = model.lattice.shape
     shapes = {"x": (rows, columns + 1), "y": (rows + 1, columns)}
     return {
-        f"arm_tension_{axis}": (_ALONG[axis], np.broadcast_to(field.arms, shapes[axis]), f"of arms along {axis}")
+        f"arm_tension_{axis}": (
+            _ALONG[axis],
+            np.broadcast_to(field.arms, shapes[axis]) if np.ndim(field.arms) == 0 else field.arms,
+            f"of arms along {axis}",
+        )
         for axis, field in zip("xy", model.tension_of_arms.fields, strict=False)
     }
 
@@ -129,7 +137,17 @@ def _beside(data: xr.Dataset, at_nodes: Callable[[Any], Vector]) -> dict[str, An
 
 @record_of.register(Membrane)
 def _membrane(model: Membrane) -> Record:
-    attributes, variables = _on_lattice(model, "membrane")
+    return _in_plan(model, "membrane")
+
+
+@record_of.register(Plate)
+def _plate(model: Plate) -> Record:
+    attributes, variables = _in_plan(model, "plate")
+    return Record(attributes | {"edge": model.edge, "poisson_ratio": model.poisson_ratio}, variables)
+
+
+def _in_plan(model: AreaModel, kind: str) -> Record:
+    attributes, variables = _on_lattice(model, kind)
     nodes = model.lattice.mask.astype(np.int8)
     return Record(
         attributes | {"rows": model.rows}, {**variables, "node_mask": (("y", "x"), nodes, "1 where there is a node")}
@@ -140,6 +158,16 @@ def _membrane(model: Membrane) -> Record:
 def _cable(model: Cable) -> Record:
     attributes, variables = _on_lattice(model, "cable")
     return Record(attributes | {"start": model.start}, variables)
+
+
+@record_of.register(Beam)
+def _beam(model: Beam) -> Record:
+    attributes, variables = _on_lattice(model, "beam")
+    stiffness = model.point_stiffness
+    if not isinstance(stiffness, float):
+        told = "bending stiffness at the nodes and at both ends"
+        variables = {**variables, "point_bending_stiffness": (("beam_point",), stiffness, told)}
+    return Record(attributes | {"start": model.start, "ends": " ".join(model.ends)}, variables)
 
 
 @record_of.register(CableNet)
@@ -155,6 +183,14 @@ def _net(model: CableNet) -> Record:
         "fixed_height": (("fixed",), model.fixed_height, "heights of the fixed points"),
     }
     return Record({KIND: "net", "upwards": int(model.upwards), **_units(model)}, variables)
+
+
+@record_of.register(MeshMembrane)
+def _mesh(model: MeshMembrane) -> Record:
+    attributes = {KIND: "mesh membrane", "upwards": int(model.upwards), **_units(model)}
+    if isinstance(model.tension, float):
+        return Record(attributes, {})
+    return Record(attributes, {"tension": (("triangle",), model.tension, "tension of each triangle")})
 
 
 def model_in(data: xr.Dataset) -> ContactModel:
@@ -184,8 +220,25 @@ def _heights(data: xr.Dataset) -> Any:
 
 
 def _made_membrane(data: xr.Dataset) -> Membrane:
+    lattice = _lattice(data)
+    return Membrane(lattice, _tension(data, lattice.gather), **_fields_in_plan(data, lattice))
+
+
+def _made_plate(data: xr.Dataset) -> Plate:
+    lattice, told = _lattice(data), data.attrs
+    return Plate(
+        lattice,
+        float(told["bending_stiffness"]),
+        tension=_tension(data, lattice.gather),
+        edge=told["edge"],
+        poisson_ratio=float(told["poisson_ratio"]),
+        **_fields_in_plan(data, lattice),
+    )
+
+
+def _lattice(data: xr.Dataset) -> Lattice:
     told = data.attrs
-    lattice = Lattice(
+    return Lattice(
         data["node_mask"].to_numpy() > 0,
         float(told["spacing"]),
         _pair(told["origin"]),
@@ -194,17 +247,18 @@ def _made_membrane(data: xr.Dataset) -> Membrane:
         crs=str(told.get("crs", "")),
         cuts=_cuts(data),
     )
-    return Membrane(
-        lattice,
-        _tension(data, lattice.gather),
-        load=lattice.gather(data["load"].to_numpy()),
-        support=lattice.gather(data["support"].to_numpy()),
-        frame_height=_heights(data),
-        upwards=bool(told["upwards"]),
-        rows=told["rows"],
-        units=_units_in(data),
+
+
+def _fields_in_plan(data: xr.Dataset, lattice: Lattice) -> dict[str, Any]:
+    return {
+        "load": lattice.gather(data["load"].to_numpy()),
+        "support": lattice.gather(data["support"].to_numpy()),
+        "frame_height": _heights(data),
+        "upwards": bool(data.attrs["upwards"]),
+        "rows": data.attrs["rows"],
+        "units": _units_in(data),
         **_beside(data, lattice.gather),
-    )
+    }
 
 
 def _made_cable(data: xr.Dataset) -> Cable:
@@ -215,6 +269,27 @@ def _made_cable(data: xr.Dataset) -> Cable:
         tension=_tension(data, np.array),
         load=data["load"].to_numpy(),
         support=data["support"].to_numpy(),
+        frame_height=_heights(data),
+        start=float(told["start"]),
+        upwards=bool(told["upwards"]),
+        units=_units_in(data),
+        **_beside(data, np.array),
+    )
+
+
+def _made_beam(data: xr.Dataset) -> Beam:
+    told = data.attrs
+    left, right = str(told["ends"]).split()
+    between = data.sizes["x"] - (left == "free") - (right == "free")
+    stiffness = data.get("point_bending_stiffness")
+    return Beam(
+        nodes=between,
+        spacing=float(told["spacing"]),
+        bending_stiffness=float(told["bending_stiffness"]) if stiffness is None else stiffness.to_numpy(),
+        tension=_tension(data, np.array),
+        load=data["load"].to_numpy(),
+        support=data["support"].to_numpy(),
+        ends=(left, right),  # type: ignore[arg-type]
         frame_height=_heights(data),
         start=float(told["start"]),
         upwards=bool(told["upwards"]),
@@ -244,6 +319,22 @@ def _made_net(data: xr.Dataset) -> CableNet:
     )
 
 
+def _made_mesh(data: xr.Dataset) -> MeshMembrane:
+    fixed = data["fixed"].to_numpy() > 0
+    return MeshMembrane(
+        np.column_stack([data["x"].to_numpy(), data["y"].to_numpy()]),
+        data["triangles"].to_numpy(),
+        data["tension"].to_numpy() if "tension" in data else float(data.attrs["tension"]),
+        load=data["load"].to_numpy(),
+        support=data["support"].to_numpy(),
+        fixed=fixed,
+        frame_height=data["frame_height"].to_numpy(),
+        upwards=bool(data.attrs["upwards"]),
+        units=_units_in(data),
+        **_beside(data, np.array),
+    )
+
+
 def _pair(value: Any) -> tuple[float, float]:
     x, y = np.asarray(value, dtype=np.float64)
     return float(x), float(y)
@@ -252,7 +343,10 @@ def _pair(value: Any) -> tuple[float, float]:
 _MAKERS: dict[str, Callable[[xr.Dataset], ContactModel]] = {
     "membrane": _made_membrane,
     "cable": _made_cable,
+    "beam": _made_beam,
+    "plate": _made_plate,
     "net": _made_net,
+    "mesh membrane": _made_mesh,
 }
 
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ..foundation.loading import load_modules
 from ..models.base import ContactModel
-from ..models.cable import Cable
-from ..models.membrane import Membrane
+from ..models.on_area import AreaModel
+from ..models.on_line import LineModel
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -77,8 +77,8 @@ def contour_of(model: ContactModel, nodes: NDArray[np.intp]) -> Any:
     return shapely.MultiPoint(np.column_stack([model.node_x[nodes], model.node_y[nodes]]))
 
 
-@contour_of.register(Membrane)
-def _squares(model: Membrane, nodes: NDArray[np.intp]) -> Any:
+@contour_of.register(AreaModel)
+def _squares(model: AreaModel, nodes: NDArray[np.intp]) -> Any:
     """Return the contour of the squares that the nodes stand for."""
     load_modules("shapely")
     import shapely
@@ -91,8 +91,8 @@ def _squares(model: Membrane, nodes: NDArray[np.intp]) -> Any:
     return shapely.transform(shapely.simplify(contour, 0.0), lambda places: origin + lattice.spacing * places)
 
 
-@contour_of.register(Cable)
-def _stretch(model: Cable, nodes: NDArray[np.intp]) -> Any:
+@contour_of.register(LineModel)
+def _stretch(model: LineModel, nodes: NDArray[np.intp]) -> Any:
     """Return the line that the nodes stand for."""
     load_modules("shapely")
     import shapely

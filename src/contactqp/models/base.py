@@ -83,17 +83,17 @@ class Coordinate(NamedTuple):
 
     Attributes
     ----------
-    dimension : str
-        The axis.
+    dimension : str or tuple of str
+        The axis, or several.
     values : array
         One for each place on the axis.
-    attributes : dict of str to str
+    attributes : dict
         Unit or meaning of the values.
     """
 
-    dimension: str
+    dimension: str | tuple[str, ...]
     values: NDArray[Any]
-    attributes: dict[str, str]
+    attributes: Mapping[str, Any]
 
 
 class ContactModel(ABC):
@@ -375,6 +375,16 @@ class ContactModel(ABC):
             found["foundation"] = (self.foundation, self.units["foundation"], told)
         return found
 
+    def fields_of_answer(self, gap: Vector) -> dict[str, tuple[Vector, str, str]]:
+        """Return what follows from a gap at the nodes beside deflection and forces, as `fields` does.
+
+        Parameters
+        ----------
+        gap : array, shape (n,)
+            Length.
+        """
+        return {}
+
     @property
     def crs(self) -> str:
         """Coordinate reference system of x and y, as ``"EPSG:25832"``; ``""`` if none is known."""
@@ -399,7 +409,7 @@ class ContactModel(ABC):
         nodes, patch = np.flatnonzero(contact), np.zeros(self.size, dtype=np.int64)
         if not nodes.size:
             return patch, 0
-        count, labels = csgraph.connected_components(self.problem.G[nodes][:, nodes], directed=False)
+        count, labels = csgraph.connected_components(self._joined()[nodes][:, nodes], directed=False)
         _, first, found = np.unique(labels, return_index=True, return_inverse=True)
         patch[nodes] = np.argsort(np.argsort(first))[found] + 1
         return patch, int(count)
@@ -421,10 +431,27 @@ class ContactModel(ABC):
         return ("node",), np.array(values)
 
     @property
+    def laid_out_on(self) -> dict[str, str]:
+        """Attributes of each variable of a dataset that say what it is laid out on."""
+        return {}
+
+    @property
     def stiffness_data(self) -> tuple[NDArray[Any], ...]:
         """Arrays that the stiffness consists of: two models whose arrays are equal have the same one."""
         matrix = self.problem.G
         return matrix.data, matrix.indices, matrix.indptr
+
+    def pull_per_tension(self, depths: Vector, pull_of_arms: Vector) -> Vector:
+        """Return how `pull` grows with a tension that is one number, ``self.tension`` (no unit), shape (n,).
+
+        Parameters
+        ----------
+        depths : array, shape (n,)
+            Of the nodes (length), positive downwards.
+        pull_of_arms : array, shape (n,)
+            ``pull(depths)`` without the force of the foundation (force).
+        """
+        return np.asarray(pull_of_arms / self.tension)  # type: ignore[attr-defined]
 
     def _take_tension(self, tension: float) -> None:
         """Change a copy of the model to another tension, > 0, before anything is derived from it."""
@@ -442,6 +469,10 @@ class ContactModel(ABC):
     def _frame_relief(self) -> float:
         """Return how far the frame leaves its mean height at most (length)."""
         return 0.0
+
+    def _joined(self) -> Any:
+        """Return a sparse matrix, shape (n, n), with an entry where two nodes count as side by side."""
+        return self.problem.G
 
     def _reach(self) -> float:
         """Return a proven bound of how far the load alone presses any node below the frame's lowest point (length)."""
@@ -654,6 +685,18 @@ class ContactModel(ABC):
         v, load = barrier.v, self._forces_at(self._datum)
         mean = float(barrier.mean_deflection(np.maximum(load, 0.0), v))
         suction = float(barrier.mean_deflection(np.maximum(-load, 0.0), v)) if load.min() < 0 else 0.0
+        return self._scale_of(mean, suction, v)
+
+    def _scale_of(self, mean: float, suction: float, v: Vector) -> float | None:
+        """Return what `_gap_scale` does, given how far load and suction move the nodes in the mean without bounds.
+
+        Parameters
+        ----------
+        mean, suction : float
+            Mean deflections downwards and upwards (length), >= 0.
+        v : array, shape (n,)
+            What they are distributed as, > 0.
+        """
         # Vectors of this length are made seldom: on large lattices that is what takes the time.
         down = mean * v
         down /= v.mean()
@@ -770,10 +813,14 @@ class ContactModel(ABC):
         """Return the lowest of some heights: the largest where they are positive downwards."""
         return float(heights.min() if self.upwards else heights.max())
 
+    def _reaction_in_balance(self, gap: Vector) -> Vector:
+        """Return R for a gap vector (force), shape (n,)."""
+        return self.problem.reaction(gap)
+
     def force_balance(self, gap: Vector) -> ForceBalance:
         """Return the resultants of load, support, ceiling, foundation and frame for a gap vector."""
         problem, below = self.problem, self._below(gap)
-        reaction = problem.reaction(gap)
+        reaction = self._reaction_in_balance(gap)
         _, at_ceiling = problem.bounds.contact(gap, reaction / problem.stiffness.diagonal())
         foundation = 0.0 if self.nodal_foundation is None else float((self.nodal_foundation * below).sum())
         pushed = -float(reaction[at_ceiling].sum()) if at_ceiling.any() else 0.0

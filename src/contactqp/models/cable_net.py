@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..algebra.stencil import Stencil
-from ..foundation.checks import Mask, Vector, boolean, positive_number, read_only, refuse_non_finite
+from ..foundation.checks import Vector, boolean, positive_number, read_only, refuse_non_finite
 from ..foundation.keywords import known_by_name
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames
 from ..foundation.text import counted
 from ..foundation.units import checked_units, plain
-from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample, sample_points
+from ..geometry.fields import FieldLike, Rows, checked_rows, frame_heights, sample
 from ..geometry.lattice import Lattice
 from ..profiles.analytic import Profile
-from .base import ContactModel, Coordinate, elevations_of
+from .base import elevations_of
 from .cable_net_arguments import (
     Numbers,
     checked_positions,
@@ -29,15 +27,12 @@ from .cable_net_arguments import (
     name_segment,
     refuse_overflow,
 )
+from .on_graph import GraphModel
 from .reach import reach_on_lattice
-from .sensitive import ArmTension, FrameHeights, Values
-from .suspicions import Joints
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+from .sensitive import ArmTension
 
 
-class CableNet(ContactModel):
+class CableNet(GraphModel):
     r"""A net of tensioned segments between points, any graph, over a smooth, rigid support.
 
     The horizontal tension S of a segment of plan length ℓ is constant, slopes are small, and there is no friction: a
@@ -154,22 +149,12 @@ class CableNet(ContactModel):
             self.force_density = read_only(each_positive(force_density, len(self.segments), "force_density"))
             self.tension = read_only(self.force_density * self.length)
         refuse_overflow(self.force_density)
-        is_fixed = fixed_mask(fixed, len(self.positions))
-        self.fixed: Numbers = read_only(np.flatnonzero(is_fixed))
-        self.free: Numbers = read_only(np.flatnonzero(~is_fixed))
-        self._number = np.full(len(self.positions), -1, dtype=np.int64)
-        self._number[self.free] = np.arange(self.free.size)
-        self._refuse_floating_parts()
+        self._fix(fixed_mask(fixed, len(self.positions)), "net")
         self.load: Vector = self.at_nodes(load, "load")
         self.support: Vector = self.support_at_nodes(support)
         self.ceiling = self.ceiling_at_nodes(ceiling)
         self.foundation = self.foundation_at_nodes(foundation)
-        given = self._in_own_sense(self.without_unit(fixed_height, "fixed_height"))
-        heights = sample_points(self.positions, self.fixed, given, "fixed_height", self._describe_fixed)
-        self.fixed_height: Vector = read_only(np.array(heights))
-        self._fixed_depth: Vector = read_only(-self.fixed_height) if self.upwards else self.fixed_height
-        self._frame = self._fixed_depth[np.isin(self.fixed, self.segments[self._holding].ravel())]
-        self._datum = float(self._frame.mean())
+        self._hold(fixed_height, "fixed_height")
         self._warn()
 
     @classmethod
@@ -319,98 +304,20 @@ class CableNet(ContactModel):
         )
         return np.column_stack([self._sum_at_nodes(np.column_stack([along, -along]).ravel()) for along in pulled.T])
 
-    def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False, absent: float | None = None) -> Vector:
-        """See `ContactModel.at_nodes`; an array has an entry for each node, or for each point."""
-        field, absent = self.without_unit(field, name), self._no_support if absent is None else absent
-        values = sample_points(
-            self.positions, self.free, field, name, self.describe, allow_inf=allow_inf, absent=absent
-        )
-        return read_only(np.array(values))
+    @property
+    def edges(self) -> Numbers:
+        """The segments."""
+        return self.segments
 
     @property
-    def node_x(self) -> Vector:
-        """Abscissa of each node, shape (n,), length."""
-        return np.asarray(self.positions[self.free, 0])
-
-    @property
-    def node_y(self) -> Vector:
-        """Ordinate of each node in plan, shape (n,), length."""
-        return np.asarray(self.positions[self.free, 1])
-
-    def describe(self, node: int) -> str:
-        """Name a node by its number, that of its point, and its coordinates: ``node 3 (point 7, x=0.5, y=1)``."""
-        point = int(self.free[node])
-        return f"node {node} (point {point}, x={self.positions[point, 0]:g}, y={self.positions[point, 1]:g})"
-
-    def _describe_fixed(self, k: int) -> str:
-        x, y = self.positions[self.fixed[k]]
-        return f"point {self.fixed[k]} (x={x:g}, y={y:g})"
-
-    def point_heights(self, heights: Vector) -> Vector:
-        """Return heights of all points, shape (points,), from those of the nodes; the fixed ones have their own."""
-        return self._everywhere(heights, self.fixed_height)
-
-    def _everywhere(self, at_nodes: Vector, at_fixed: Vector) -> Vector:
-        everywhere = np.empty(len(self.positions))
-        everywhere[self.free], everywhere[self.fixed] = at_nodes, at_fixed
-        return everywhere
+    def edge_stiffness(self) -> Vector:
+        """The segments' force densities."""
+        return self.force_density
 
     def max_slope(self, gap: Vector) -> float:
         """Return the largest slope of a segment that ends on a node (no unit)."""
         rise = np.abs(self._rises(self._below(gap)))
         return float((rise / self.length).max(where=self._holding, initial=0.0))
-
-    def free_boundary(self, contact: Mask) -> NDArray[np.float64]:
-        """Return the middles of the segments that join a node in contact to one that is not, shape (k, 2), length."""
-        ends = self._number[self.segments]
-        crossing = (ends >= 0).all(axis=1) & (contact[ends[:, 0]] != contact[ends[:, 1]])
-        middles: NDArray[np.float64] = self.positions[self.segments[crossing]].mean(axis=1)
-        return middles
-
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Width and height in plan of all points, fixed ones included (length)."""
-        width, height = np.ptp(self.positions, axis=0)
-        return float(width), float(height)
-
-    @property
-    def coordinates(self) -> dict[str, Coordinate]:
-        """Plan coordinates of the nodes (length), and their numbers among all points."""
-        point = Coordinate("node", np.array(self.free), {"long_name": "number among all points"})
-        return super().coordinates | {"point": point}
-
-    @cached_property
-    def _holding(self) -> Mask:
-        """Segments with a node at one end or both."""
-        return np.asarray((self._number[self.segments] >= 0).any(axis=1))
-
-    def assemble_stiffness(self) -> csr_array:
-        """Return G: force densities summed on the diagonal, and minus those between nodes beside it."""
-        load_modules("scipy.sparse")
-        from scipy import sparse
-
-        ends = self._number[self.segments]
-        between = (ends >= 0).all(axis=1)
-        one, other = ends[between].T
-        stiffness = self.force_density[between]
-        with np.errstate(over="ignore"):
-            diagonal = self._sum_at_nodes(np.repeat(self.force_density, 2))
-            if self.foundation is not None:
-                diagonal = diagonal + self.foundation
-        nodes = np.arange(self.size)
-        return sparse.coo_array(
-            (
-                np.concatenate([diagonal, -stiffness, -stiffness]),
-                (np.concatenate([nodes, one, other]), np.concatenate([nodes, other, one])),
-            ),
-            shape=(self.size, self.size),
-        ).tocsr()
-
-    def pull(self, depths: Vector) -> Vector:
-        """Return the force with which the segments pull each node upwards; see `ContactModel.pull`."""
-        force = self.force_density * self._rises(depths)
-        pulled = self._sum_at_nodes(np.column_stack([force, -force]).ravel())
-        return pulled if self.foundation is None else pulled + self.foundation * depths
 
     @property
     def arm_tensions(self) -> Mapping[str, ArmTension]:
@@ -426,92 +333,13 @@ class CableNet(ContactModel):
 
         return {"tension": ArmTension((len(self.segments),), pull, share)}
 
-    @property
-    def heights_of_frame(self) -> FrameHeights:
-        """By ``fixed_height``, shape (fixed points,)."""
-        holds = np.isin(self.fixed, self.segments[self._holding].ravel())
-        one, other = self.segments.T
-
-        def force(depths: Values) -> Vector:
-            everywhere = self._everywhere(np.zeros(self.size), depths)
-            pulled = self.force_density * (everywhere[one] - everywhere[other])
-            return -self._sum_at_nodes(np.column_stack([pulled, -pulled]).ravel())
-
-        def share(weights: Vector) -> Values:
-            everywhere = self._everywhere(weights, np.zeros(self.fixed.size))
-            found = np.zeros(len(self.positions))
-            np.add.at(found, one, self.force_density * everywhere[other])
-            np.add.at(found, other, self.force_density * everywhere[one])
-            return found[self.fixed]
-
-        return FrameHeights("fixed_height", holds / holds.sum(), force, share)
-
-    def _rises(self, heights: Vector) -> Vector:
-        """Return for each segment the ordinate of its first end less that of its second one."""
-        everywhere = self._everywhere(heights, self._fixed_depth)
-        return np.asarray(everywhere[self.segments[:, 0]] - everywhere[self.segments[:, 1]])
-
-    def _sum_at_nodes(self, values: Vector) -> Vector:
-        """Return for each node the sum of the values at the segments' ends there, pair by pair.
-
-        ``values`` has those of each segment's two ends in turn.
-        """
-        order, pair_start, node_start = self._ends_by_node
-        pairs = np.add.reduceat(values[order], pair_start)
-        return np.asarray(np.add.reduceat(pairs, node_start))
-
-    @cached_property
-    def _ends_by_node(self) -> tuple[Numbers, Numbers, Numbers]:
-        """The segments' ends at nodes by node, where pairs of them start, and where the nodes' pairs start."""
-        node = self._number[self.segments].ravel()
-        order = np.argsort(node, kind="stable")[np.count_nonzero(node < 0) :]
-        count = np.bincount(node[order], minlength=self.size)
-        start = np.cumsum(count) - count
-        place = np.arange(order.size) - np.repeat(start, count)
-        pairs = (count + 1) // 2
-        return order, np.flatnonzero(place % 2 == 0), np.cumsum(pairs) - pairs
-
-    def _frame_relief(self) -> float:
-        return float(np.abs(self._frame - self._datum).max())
-
-    def _reach(self) -> float:
-        return self._reach_of(self._forces_at(self._datum + self._frame_relief()))
-
-    def _reach_upwards(self) -> float:
-        return self._reach_of(-self._forces_at(self._datum - self._frame_relief()))
-
     def _reach_of(self, force: Vector) -> float:
-        """Return a bound of how far forces, positive downwards, press any node below a frame at height zero."""
+        """See `GraphModel._reach_of`; on a lattice it is the membrane's."""
         if self._laid_on is not None:
             # As a membrane decides, so that the same supports count as none.
             stiffness = float(self.force_density[0])
             return reach_on_lattice(self._laid_on.shape, (stiffness, stiffness), force)
-        # The deflection of any node is at most the whole load times the node's own softness, and that is at most the
-        # softness of a path to a fixed point: to take the other segments away makes a net softer (Rayleigh).
-        load_modules("scipy.sparse", "scipy.sparse.csgraph")
-        from scipy import sparse
-        from scipy.sparse import csgraph
-
-        points = len(self.positions)
-        with np.errstate(over="ignore", invalid="ignore"):
-            graph = sparse.coo_array((1 / self.force_density, tuple(self.segments.T)), shape=(points, points))
-            softness = csgraph.dijkstra(graph.tocsr(), directed=False, indices=self.fixed, min_only=True)
-            reach = float(np.maximum(force, 0.0).sum() * softness[self.free].max())
-        return reach if np.isfinite(reach) else np.inf
-
-    def _joints(self) -> Joints:
-        """Return the support at the fixed points as high as at the nodes beside them, and its steps for its bends."""
-        node = self._number[self.segments]
-        depth = self._everywhere(self.depth, self._fixed_depth)
-        depth[np.isinf(depth)] = np.nan
-        fall = depth[self.segments[:, 1]] - depth[self.segments[:, 0]]
-        first, second = (node[:, 0] < 0) & (node[:, 1] >= 0), (node[:, 0] >= 0) & (node[:, 1] < 0)
-        above, steps = np.concatenate([-fall[first], fall[second]]), np.abs(fall[(node >= 0).all(axis=1)])
-        return Joints(
-            np.concatenate([node[first, 1], node[second, 0]]),
-            np.where(np.isnan(above), -np.inf, above),
-            steps[~np.isnan(steps)],
-        )
+        return super()._reach_of(force)
 
     def _lengths(self) -> Vector:
         first, second = self.positions[self.segments[:, 0]], self.positions[self.segments[:, 1]]
@@ -522,25 +350,6 @@ class CableNet(ContactModel):
             raise ValueError(f"{name_segment(self.segments, k)} has no length: both points lie at ({x:g}, {y:g})")
         refuse_non_finite(lengths, "the segments' length")
         return np.asarray(lengths)
-
-    def _refuse_floating_parts(self) -> None:
-        load_modules("scipy.sparse", "scipy.sparse.csgraph")
-        from scipy import sparse
-        from scipy.sparse import csgraph
-
-        points = len(self.positions)
-        ones = np.ones(len(self.segments))
-        count, part = csgraph.connected_components(
-            sparse.coo_array((ones, tuple(self.segments.T)), shape=(points, points)), directed=False
-        )
-        loose = np.bincount(part[self.fixed], minlength=count) == 0
-        if loose.any():
-            point = int(np.flatnonzero(loose[part])[0])
-            x, y = self.positions[point]
-            raise ValueError(
-                f"{int(loose.sum())} part(s) of the net have no fixed point, among them that of point {point} "
-                f"(x={x:g}, y={y:g}); fix a point of each, or join them to the rest"
-            )
 
     def __repr__(self) -> str:
         numbers = [(self.size, "node"), (len(self.segments), "segment"), (self.fixed.size, "fixed point")]

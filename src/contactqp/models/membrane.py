@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from ..foundation.keywords import by_name_after, known_by_name
 from ..foundation.pictures import UnitNames
 from ..foundation.units import checked_units, plain
 from ..geometry.fields import FieldLike, Rows, checked_rows
 from ..geometry.lattice import Lattice
-from .on_lattice import LatticeModel
+from .on_area import AreaModel
+from .stretched import StretchedModel
 from .tension import Tension, TensionLike
 
 
-class Membrane(LatticeModel):
+class Membrane(AreaModel, StretchedModel):
     r"""A membrane over a smooth, rigid support.
 
     Small slopes, no friction: -T∇²w = p - ρ, w ≤ f, ρ ≥ 0, ρ(f - w) = 0, and w given on the frame; eqs. (2.1)-(2.5)
@@ -84,10 +87,7 @@ class Membrane(LatticeModel):
     array([6, 7, 8])
     """
 
-    _load_unit = "force per area"
-    _pressure_unit = "force per area"
-    _tension_unit = "force per length"
-    _foundation_unit = "force per area and length"
+    noun: ClassVar[str] = "membrane"
 
     @by_name_after(2, "load", "support", "frame_height")
     @known_by_name

@@ -1,41 +1,40 @@
-"""LatticeModel: tensioned arms between the nodes of a lattice, over a rigid support."""
+"""LatticeModel: nodes on a lattice, held by a frame, over a rigid support."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..algebra.stencil import Stencil
-from ..foundation.checks import Mask, Vector, boolean, read_only, repeated
+from ..foundation.checks import Mask, Vector, boolean, read_only
 from ..foundation.text import counted
 from ..geometry.fields import Rows, checked_rows, frame_heights, in_rows, sample
 from ..geometry.lattice import Lattice, patches_on_grid
 from ..geometry.numbering import Grid
 from ..geometry.on_arms import ArmField
 from .base import ContactModel, Coordinate
-from .reach import reach_on_lattice
 from .rim import Rim
-from .sensitive import ArmTension, FrameHeights
 from .suspicions import Joints
 from .tension import Tension
 
 
 class LatticeModel(ContactModel):
-    """Nodes on a lattice, joined to their neighbours by tensioned arms, over a support.
+    """Nodes on a lattice, whose arms join them to each other and to a frame, over a support.
 
-    Base of `Membrane` and `Cable`, which choose the stiffness of the arms and the load's unit.
+    Base of `StretchedModel`, whose arms resist by their tension alone, and of `BendingModel`. A subclass sets what its
+    stiffness is made of, and calls ``self._warn()`` at the end of its ``__init__``.
 
     Attributes
     ----------
     lattice : Lattice
     tension : float, array of shape (n,), or a pair of these
-        Force per length in a membrane, force in a cable: a number, or the values at the nodes where it varies; along x
-        and along y where these differ.
+        Force per length in a membrane or plate, force in a cable or beam: a number, or the values at the nodes where it
+        varies; along x and along y where these differ.
     load : array, shape (n,)
-        Active pressure at the nodes, positive downwards: force per area (cable: per length).
+        Active pressure at the nodes, positive downwards: force per area (along a line: per length).
     support : array, shape (n,)
         Height of the rigid profile (length), positive downwards, unless ``upwards``; infinite where there is none.
     upwards : bool
@@ -46,18 +45,24 @@ class LatticeModel(ContactModel):
         Height of a rigid surface above the nodes (length), positive as that of the support; infinite where there is
         none.
     foundation : array, shape (n,), or None
-        Stiffness k of an elastic foundation: force per area and length (cable: per length and length).
-    stencil : Stencil
-        The stiffness G.
+        Stiffness k of an elastic foundation: force per area and length (along a line: per length and length).
+    noun : str
+        What bends or is stretched, in a word.
     """
 
     node_area: Vector
+    noun: ClassVar[str]
+    _axes: ClassVar[tuple[int, ...]] = (1, 0)
+    """Axes of the lattice's array along which arms join points."""
     _load_unit: str
     _pressure_unit: str
     _tension_unit: str
     _foundation_unit: str
-    _stiffness_of_tension: float = 1.0
-    """Stiffness of an arm over its tension: of a membrane's the width that an arm stands for over its length."""
+
+    _takes_cuts: bool = False
+    """Whether its arms may end on a contour that cuts them."""
+    _rim: Rim | None = None
+    """The arms that the frame's contour cuts."""
 
     def __init__(
         self,
@@ -67,8 +72,7 @@ class LatticeModel(ContactModel):
         support: Any,
         frame_height: Any,
         *,
-        area: float,
-        arms: tuple[Any, Any],
+        area: Any,
         upwards: bool = False,
         rows: Rows = "up",
         ceiling: Any = None,
@@ -83,36 +87,20 @@ class LatticeModel(ContactModel):
         self.lattice = self._laid_on = lattice
         self.upwards, self.rows = boolean(upwards, "upwards"), checked_rows(rows)
         self._tension, self.unit_names = tension, units or {}
-        self.node_area = np.broadcast_to(np.float64(area), (lattice.size,))
+        self.node_area = np.broadcast_to(np.asarray(area, dtype=np.float64), (lattice.size,))
         self.load: Vector = self.at_nodes(load, "load")
         self.support: Vector = self.support_at_nodes(support)
         self.ceiling = self.ceiling_at_nodes(ceiling)
         self.foundation = self.foundation_at_nodes(foundation)
-        self._on_foundation = Stencil(lattice.mask, *arms, self._springs())
-        needed = self._on_foundation.frame_points()
-        frame_height = self._in_own_sense(self.without_unit(frame_height, "frame_height"))
-        self._heights, at_ends = (
-            np.negative(heights) if self.upwards and heights is not None else heights
-            for heights in frame_heights(lattice, needed, frame_height, self.rows)
+        needed = self.frame_points()
+        given = self._in_own_sense(self.without_unit(frame_height, "frame_height"))
+        if lattice.cuts is not None and not self._takes_cuts:
+            raise ValueError(f"a {type(self).__name__} takes no lattice that is fitted to its contour, got {lattice!r}")
+        known = frame_heights(lattice, needed, given, self.rows) if needed.any() else (None, None)
+        self._heights, self._end_heights = (
+            np.negative(heights) if self.upwards and heights is not None else heights for heights in known
         )
-        self._rim = None if lattice.cuts is None else Rim.of(lattice, arms, at_ends)
-        self.stencil = self._held_by_rim()
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
-        self._warn()
-
-    def _held_by_rim(self) -> Stencil:
-        """Return the stiffness with what arms that the contour cuts short are stiffer."""
-        plain = self._on_foundation
-        if self._rim is None or not self._rim.springs.any():
-            return plain
-        return plain.on_ground(plain.ground + self.lattice.scatter(self._rim.at_nodes(self.size), fill=0.0))
-
-    def _springs(self) -> Any:
-        """Return the stiffness of the foundation as a stencil takes it."""
-        springs = self.nodal_foundation
-        if springs is None or not springs.any():
-            return 0.0
-        return float(springs[0]) if repeated(springs) else self.lattice.scatter(springs, fill=0.0)
 
     @property
     def tension(self) -> Any:
@@ -145,18 +133,22 @@ class LatticeModel(ContactModel):
 
     def _take_tension(self, tension: float) -> None:
         # Of a tension that varies there is no number to go from: it is multiplied.
-        factor = tension / self.tension if self._tension.constant else tension
-        plain = self._on_foundation
-        self._on_foundation = plain.scaled(factor).on_ground(plain.ground)
-        self._rim = None if self._rim is None else self._rim.times(factor)
-        self.stencil = self._held_by_rim()
         constant = Tension((ArmField(tension, tension),) * len(self._tension.fields), True)
-        self._tension = constant if self._tension.constant else self._tension.times(factor)
+        self._tension = constant if self._tension.constant else self._tension.times(tension)
 
-    def _take_foundation(self, foundation: Vector) -> None:
-        self.foundation = foundation
-        self._on_foundation = self._on_foundation.on_ground(self._springs())
-        self.stencil = self._held_by_rim()
+    def padded_mask(self) -> Mask:
+        """Return where the nodes are on the lattice's array with a ring about it."""
+        return np.pad(self.lattice.mask, 1)
+
+    def frame_points(self) -> Mask:
+        """Return where, on the array with a ring about it, a frame point is joined to a node by an arm."""
+        nodes = self.padded_mask()
+        joined = np.zeros_like(nodes)
+        for axis in self._axes:
+            ends, points = _ends(joined, axis), _ends(nodes, axis)
+            ends[0][...] |= points[1]
+            ends[1][...] |= points[0]
+        return np.asarray(joined & ~nodes)
 
     def describe(self, node: int) -> str:
         """Name a node by its number and coordinates, for messages: ``node 3 (x=0.5, y=1)``."""
@@ -171,71 +163,6 @@ class LatticeModel(ContactModel):
         labels, count = patches_on_grid(self.lattice.scatter(contact, fill=False))
         return self.lattice.gather(labels), count
 
-    def assemble_stiffness(self) -> Stencil:
-        """Return the stencil."""
-        return self.stencil
-
-    def pull(self, depths: Vector) -> Vector:
-        """Return the force with which the arms pull each node upwards; see `ContactModel.pull`."""
-        force = self._on_foundation.pull(self._padded(depths))
-        return force if self._rim is None else force + self._rim.pull(depths, self._heights)
-
-    @property
-    def arm_tensions(self) -> Mapping[str, ArmTension]:
-        """By ``arms_x``, shape (rows, columns + 1), and on a membrane ``arms_y``, shape (rows + 1, columns)."""
-        names = ("arms_x", "arms_y")[: len(self._tension.fields)]
-        return {name: self._tension_along(axis) for name, axis in zip(names, (1, 0), strict=False)}
-
-    def _tension_along(self, axis: int) -> ArmTension:
-        """Return how the arms along an axis of the lattice's array pull."""
-        rows, columns = self.lattice.shape
-        numbering, factor = self.stencil.numbering, self._stiffness_of_tension
-        inner = (slice(1, -1), slice(None)) if axis == 1 else (slice(None), slice(1, -1))
-
-        def rises(grid: Grid) -> Grid:
-            return np.asarray(np.diff(grid[inner], axis=axis))
-
-        rim, heights = self._rim, self._heights
-
-        def pull(depths: Vector, tensions: Grid) -> Vector:
-            force = numbering.to_vector(-np.diff(factor * tensions * rises(self._padded(depths)), axis=axis))
-            return force if rim is None else force + rim.pull_along(axis, depths, heights, factor * tensions)
-
-        def share(depths: Vector, weights: Vector) -> Grid:
-            found = factor * rises(self._padded(depths)) * rises(numbering.to_grid(weights, ring=1))
-            if rim is not None:
-                rim.add_share(axis, depths, heights, factor * weights, found)
-            return found
-
-        return ArmTension((rows, columns + 1) if axis == 1 else (rows + 1, columns), pull, share)
-
-    @property
-    def heights_of_frame(self) -> FrameHeights:
-        """By ``frame_heights``, shape (rows + 2, columns + 2): on the lattice's array with a ring about it."""
-        stencil, rows, columns = self.stencil, *self.lattice.shape
-        frame = stencil.frame_points()
-        along_x = np.broadcast_to(stencil.horizontal, (rows, columns + 1))
-        along_y = np.broadcast_to(stencil.vertical, (rows + 1, columns))
-
-        rim = self._rim
-
-        def force(depths: Grid) -> Vector:
-            moved = -stencil.pull(np.where(frame, depths, 0.0))
-            return moved if rim is None else moved + rim.force_of(depths, self.size)
-
-        def share(weights: Vector) -> Grid:
-            grid = stencil.numbering.to_grid(weights, ring=1)
-            found = np.zeros(frame.shape)
-            found[1:-1, 1:] += along_x * grid[1:-1, :-1]
-            found[1:-1, :-1] += along_x * grid[1:-1, 1:]
-            found[1:, 1:-1] += along_y * grid[:-1, 1:-1]
-            found[:-1, 1:-1] += along_y * grid[1:, 1:-1]
-            if rim is not None:
-                np.add.at(found, (rim.row, rim.column), rim.springs * weights[rim.node])
-            return np.where(frame, found, 0.0)
-
-        return FrameHeights("frame_heights", frame / frame.sum(), force, share)
-
     @property
     def frame_heights(self) -> Grid | None:
         """Heights of the frame on the lattice's array with a ring about it, positive as the model's; None for zero."""
@@ -245,7 +172,7 @@ class LatticeModel(ContactModel):
     def frame_places(self) -> tuple[Vector, Vector, Vector]:
         """Where the frame holds arms: x, y and height (length), positive as the model's; on the contour if fitted."""
         if self._rim is None:
-            row, column = np.nonzero(self.stencil.frame_points())
+            row, column = np.nonzero(self.frame_points())
             x, y = self.lattice.ring_coordinates(row, column)
             heights = None if self._heights is None else self._heights[row, column]
         else:
@@ -257,34 +184,18 @@ class LatticeModel(ContactModel):
     def _frame_relief(self) -> float:
         if self._heights is None:
             return 0.0
-        heights = self._heights[self.stencil.frame_points()]
-        if self._rim is not None and self._rim.heights is not None:
-            heights = np.concatenate([heights, self._rim.heights])
+        heights = self._heights[self.frame_points()]
+        if self._end_heights is not None:
+            heights = np.concatenate([heights, self._end_heights])
         return float(np.abs(heights - self._datum).max())
-
-    def _frame_grid(self) -> Grid | None:
-        if self._heights is None:
-            return None
-        return np.where(self.stencil.frame_points(), self._heights - self._datum, 0.0)
-
-    def _reach(self) -> float:
-        return self._reach_of(self._forces_at(self._datum + self._frame_relief()))
-
-    def _reach_upwards(self) -> float:
-        return self._reach_of(-self._forces_at(self._datum - self._frame_relief()))
-
-    def _reach_of(self, force: Vector) -> float:
-        return reach_on_lattice(self.lattice.shape, (self.stencil.horizontal, self.stencil.vertical), force)
 
     def _joints(self) -> Joints:
         depth = self._padded(self.depth)
         depth[np.isinf(depth)] = np.nan
-        number = self.stencil.numbering.to_grid(np.arange(self.size), ring=1, fill=-1)
-        frame = self.stencil.frame_points()
+        number = self.lattice.numbering.to_grid(np.arange(self.size), ring=1, fill=-1)
+        frame = self.frame_points()
         nodes, above, bends = [], [], []
-        for arms, axis in ((self.stencil.horizontal, 1), (self.stencil.vertical, 0)):
-            if not arms.any():
-                continue
+        for axis in self._axes:
             across, outside = (np.moveaxis(grid, axis, 0) for grid in (number, frame))
             level = np.moveaxis(depth, axis, 0)
             at_nodes = np.where(across >= 0, level, np.nan)
@@ -303,20 +214,16 @@ class LatticeModel(ContactModel):
 
     def _padded(self, heights: Vector) -> Vector:
         """Return heights of nodes and frame on the lattice's array with a ring of frame points about it."""
-        padded = self.stencil.numbering.to_grid(heights, ring=1)
-        return padded if self._heights is None else np.where(self.stencil.padded_mask(), padded, self._heights)
+        padded = self.lattice.numbering.to_grid(heights, ring=1)
+        return padded if self._heights is None else np.where(self.padded_mask(), padded, self._heights)
 
     def max_slope(self, gap: Vector) -> float:
         """Return the largest difference quotient of the deflection along any arm (no unit)."""
         below = self._below(gap)
-        heights = self._padded(below)
-        joined = self.stencil.padded_mask() | self.stencil.frame_points()
-        mask = self.stencil.padded_mask()
+        heights, mask = self._padded(below), self.padded_mask()
+        joined = mask | self.frame_points()
         steepest = 0.0 if self._rim is None else self._rim.steepest(below)
-        directions = [(self.stencil.horizontal, 1), (self.stencil.vertical, 0)]
-        for arms, axis in directions:
-            if not arms.any():
-                continue
+        for axis in self._axes:
             both = _pairs(joined, axis)
             touches_node = np.logical_or(*_ends(mask, axis))
             rise = np.abs(np.diff(heights, axis=axis))
@@ -331,13 +238,6 @@ class LatticeModel(ContactModel):
     def padded_below(self, gap: Vector) -> Vector:
         """Return what `padded_deflection` does, positive downwards whatever ``upwards`` is."""
         return self._padded(self._below(gap))
-
-    @property
-    def stiffness_data(self) -> tuple[NDArray[Any], ...]:
-        """Shape, mask and arms of the stencil; see `ContactModel.stiffness_data`."""
-        stencil = self.stencil
-        springs = (stencil.ground,) * stencil.grounded
-        return np.array(stencil.mask.shape), stencil.mask, stencil.horizontal, stencil.vertical, *springs
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -377,7 +277,11 @@ class LatticeModel(ContactModel):
 
     def __repr__(self) -> str:
         nodes = counted(self.lattice.size, "node")
-        return self._line_of_text(nodes, f"spacing={self.lattice.spacing:g}", f"tension={self._tension.told}")
+        return self._line_of_text(nodes, f"spacing={self.lattice.spacing:g}", *self._stiffness_told())
+
+    @abstractmethod
+    def _stiffness_told(self) -> Iterator[str]:
+        """Tell what the nodes resist by, for the model's line of text."""
 
 
 def _ends(points: Mask, axis: int) -> tuple[Mask, Mask]:

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..foundation.checks import Vector, positive_number
+from ..foundation.checks import Vector, finite_number, positive_number
 from ..foundation.text import span_of
 from ..geometry.fields import FieldLike, Rows
 from ..geometry.lattice import Lattice
@@ -55,6 +55,16 @@ class Tension:
         )
         equal = pair and all(isinstance(field.arms, float) and field.arms == fields[0].arms for field in fields)
         return cls(fields, not pair or equal)
+
+    @classmethod
+    def or_none(cls, lattice: Lattice | None, value: Any, along: str, rows: Rows = "up") -> Tension:
+        """Return the tension as `of` does, where the number 0, too, is one: of what is held by its bending alone."""
+        if isinstance(value, (Tension, tuple, str)) or callable(value) or np.ndim(value):
+            return cls.of(lattice, value, along, rows)
+        number = finite_number(value, "tension")
+        if number < 0:
+            raise ValueError(f"tension must be >= 0, got {number:g}: what is compressed may buckle")
+        return cls((ArmField(number, number),) * len(along), True)
 
     @property
     def given(self) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Vector, real_array
-from ..models.on_lattice import LatticeModel
+from ..models.stretched import StretchedModel
 from ..solving.solve import solve
 from .facts import FACTORS, TOLERANCE
 
@@ -49,7 +49,7 @@ class Scan:
 
 
 def scan(
-    model: LatticeModel,
+    model: StretchedModel,
     stopping: StoppingRule,
     *,
     stopping_length: float = TOLERANCE,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..foundation.checks import Vector
-from ..models.on_lattice import LatticeModel
+from ..models.stretched import StretchedModel
 from ..paths.load_path import LoadPath
 from ..solving.solution import Solution
 from .facts import SECTION_LOADS
@@ -54,7 +54,7 @@ def middle_section(solution: Solution) -> Section:
     (63, (-32.0, 32.0), True)
     """
     model = solution.model
-    if not isinstance(model, LatticeModel):
+    if not isinstance(model, StretchedModel):
         raise ValueError(f"a section needs a membrane's solution, and this one is of {model or 'a bare ContactQP'!r}")
     lattice = model.lattice
     y = lattice.node_y

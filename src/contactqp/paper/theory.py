@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike
 
 from ..foundation.loading import load_modules
 from ..models.base import split
-from ..models.on_lattice import LatticeModel
+from ..models.stretched import StretchedModel
 from ..problem.contact_qp import ContactQP
 
 
-def jacobi_radius(problem: ContactQP | LatticeModel, free: ArrayLike) -> float:
+def jacobi_radius(problem: ContactQP | StretchedModel, free: ArrayLike) -> float:
     """Return the spectral radius of Jacobi's matrix on the free nodes.
 
     G is a Z-matrix, so B >= 0, and by Perron and Frobenius its radius is its largest eigenvalue: 1 less the smallest

@@ -16,8 +16,8 @@ from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted
 from ..foundation.text import counted
 from ..models.base import ContactModel
-from ..models.cable import Cable
 from ..models.on_lattice import LatticeModel
+from ..models.on_line import LineModel
 from ..plotting.answers import with_units
 from ..plotting.on_lattice import mark_section, section_row, telling_row, title_of_section
 from ..plotting.on_line import cut_along, line_of
@@ -119,8 +119,8 @@ def _two_panels(model: LatticeModel) -> Figure:
     return figure
 
 
-@_figure.register(Cable)
-def _one_panel(cable: Cable) -> Figure:
+@_figure.register(LineModel)
+def _one_panel(model: LineModel) -> Figure:
     figure = new_figure(9, 4)
     figure.subplots()
     return figure
@@ -169,6 +169,6 @@ def _draw_map_and_shape(model: LatticeModel, figure: Figure, solution: Solution,
     figure.axes[1].set(xlabel="x", title=title_of_section(model, row, wanted.section))
 
 
-@_draw.register(Cable)
-def _draw_cable(cable: Cable, figure: Figure, solution: Solution, wanted: Wanted) -> None:
-    draw_into(cable, figure.axes[0], solution, wanted)
+@_draw.register(LineModel)
+def _draw_line(model: LineModel, figure: Figure, solution: Solution, wanted: Wanted) -> None:
+    draw_into(model, figure.axes[0], solution, wanted)

@@ -21,8 +21,11 @@ def promised(model: ContactModel, parameter: str) -> bool:
 
     A membrane between a support and a ceiling sinks as its load grows, w' ≥ w for p' ≥ p, on a foundation as well: G
     is an M-matrix (comparison principle). To divide the tension by a factor is to multiply load and reactions by it,
-    but the stiffness of a foundation, too, so that then nothing is promised.
+    but the stiffness of a foundation, too, so that then nothing is promised. Nor is anything of a beam or a plate,
+    whose G is no M-matrix: pressed down in one place, it may rise in another.
     """
+    if not model.problem.is_z_matrix:
+        return False
     if parameter == "tension" and model.foundation is not None and model.foundation.any():
         return False
     return parameter == "lift" or bool((model.load >= 0).all())
@@ -73,6 +76,8 @@ def violations(model: ContactModel, parameter: str, values: Vector, solutions: S
 
 def _why_not(model: ContactModel) -> str:
     """Return why nothing is promised."""
+    if not model.problem.is_z_matrix:
+        return "what bends may rise beside the place where it is pressed down"
     return "the load also pulls upwards" if (model.load < 0).any() else "the foundation resists whatever the tension is"
 
 

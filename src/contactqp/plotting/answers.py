@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..foundation.pictures import PLAIN, Wanted
 from ..foundation.text import at_most, counted
-from ..models.membrane import Membrane
+from ..models.on_area import AreaModel
 from ..models.records import subject_of
 from .geometry import figure_of
 from .on_line import ALONG_THE_LINE
@@ -52,8 +52,8 @@ def plot_in_space(solution: Answered, wanted: Wanted = PLAIN) -> Figure:
         If the solution is not a membrane's.
     """
     subject = subject_of(solution)
-    if not isinstance(subject, Membrane):
-        raise TypeError(f"a view in space needs a Membrane, this solution is of {subject!r}; use plot()")
+    if not isinstance(subject, AreaModel):
+        raise TypeError(f"a view in space needs a Membrane or a Plate, this solution is of {subject!r}; use plot()")
     return membrane_in_space(subject, solution, wanted)
 
 

@@ -11,12 +11,14 @@ from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted, drawn
 from ..foundation.text import span_of
 from ..models.base import ContactModel
-from ..models.cable import Cable
 from ..models.cable_net import CableNet
+from ..models.mesh_membrane import MeshMembrane
 from ..models.on_lattice import LatticeModel
+from ..models.on_line import LineModel
 from .geometry import axes_for, figure_of, finish, mark_rows
 from .on_lattice import draw_frame_outline, mark_section, section_row, title_of_section
 from .on_line import ALONG_X, Line, cut_along, line_of
+from .on_mesh import draw_of_nodes, draw_outline
 from .on_net import draw_net
 from .section import Cut, cut_of_row, draw_ceiling
 from .states import mark_unsupported
@@ -56,6 +58,18 @@ def _net(net: CableNet, wanted: Wanted) -> Figure:
     return figure_of(axes)
 
 
+@drawn.register(MeshMembrane)
+def _mesh(model: MeshMembrane, wanted: Wanted) -> Figure:
+    axes = axes_for(wanted, model.extent)
+    if model.supported.any():
+        heights = np.where(model.supported, model.support, np.nan)
+        _tell_heights(axes, draw_of_nodes(axes, model, heights, cmap=_depths(model)), model, wanted)
+    draw_outline(axes, model)
+    _tell_unsupported(axes, model)
+    finish(axes, wanted, _headline(model, wanted))
+    return figure_of(axes)
+
+
 @drawn.register(LatticeModel)
 def _map_and_section(model: LatticeModel, wanted: Wanted) -> Figure:
     if wanted.ax is not None:
@@ -77,9 +91,9 @@ def _map_and_section(model: LatticeModel, wanted: Wanted) -> Figure:
     return figure
 
 
-@drawn.register(Cable)
-def _cable(cable: Cable, wanted: Wanted) -> Figure:
-    return _along(cable, ALONG_X, wanted)
+@drawn.register(LineModel)
+def _along_x(model: LineModel, wanted: Wanted) -> Figure:
+    return _along(model, ALONG_X, wanted)
 
 
 def _along(model: ContactModel, line: Line, wanted: Wanted) -> Figure:

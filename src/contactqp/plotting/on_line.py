@@ -9,9 +9,9 @@ import numpy as np
 
 from ..foundation.checks import Vector
 from ..models.base import ContactModel
-from ..models.cable import Cable
 from ..models.cable_net import CableNet
 from ..models.on_lattice import LatticeModel
+from ..models.on_line import LineModel
 from ..models.records import states_of
 from .section import Cut, ceiling_at, cut_of_row, draw_section, draw_shape, ground_at, section_axes
 from .states import STATE_COLOURS, labels_of_states
@@ -87,8 +87,8 @@ def _no_line(model: LatticeModel) -> Line | None:
     return None
 
 
-@line_of.register(Cable)
-def _along_x(cable: Cable) -> Line | None:
+@line_of.register(LineModel)
+def _along_x(model: LineModel) -> Line | None:
     return ALONG_X
 
 
@@ -107,9 +107,9 @@ def cut_along(model: ContactModel, line: Line, gap: Vector) -> Cut:
     return Cut(x, model.deflection(gap)[number], x, ground, ceiling, none, none, x, number, "deflection")
 
 
-@cut_along.register(Cable)
-def _cut_of_cable(cable: Cable, line: Line, gap: Vector) -> Cut:
-    return cut_of_row(cable, gap, 0, "cable")
+@cut_along.register(LineModel)
+def _cut_of_row(model: LineModel, line: Line, gap: Vector) -> Cut:
+    return cut_of_row(model, gap, 0)
 
 
 @cut_along.register(CableNet)

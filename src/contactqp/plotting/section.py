@@ -53,13 +53,13 @@ class Cut(NamedTuple):
     noun: str
 
 
-def cut_of_row(model: LatticeModel, gap: Vector, row: int, noun: str = "membrane") -> Cut:
+def cut_of_row(model: LatticeModel, gap: Vector, row: int) -> Cut:
     """Return the section along a row of a lattice's array, with the gap at the nodes."""
     lattice = model.lattice
     on_row = lattice.scatter(np.arange(lattice.size), fill=-1)[row].astype(int)
     heights = model.padded_deflection(gap)[row + 1]
-    frame = model.stencil.frame_points()[row + 1]
-    joined = model.stencil.padded_mask()[row + 1] | frame
+    frame = model.frame_points()[row + 1]
+    joined = model.padded_mask()[row + 1] | frame
     x: Vector = np.asarray(lattice.origin[0] + lattice.spacing * np.arange(-1, lattice.shape[1] + 1))
     if lattice.cuts is not None:
         arms = lattice.frame_arms
@@ -71,7 +71,7 @@ def cut_of_row(model: LatticeModel, gap: Vector, row: int, noun: str = "membrane
     ground, ceiling = np.full((2, lattice.shape[1]), np.nan)
     ground[nodes], ceiling[nodes] = ground_at(model, number), ceiling_at(model, number)
     curve = np.where(joined, heights, np.nan)
-    return Cut(x, curve, lattice.x, ground, ceiling, x[frame], heights[frame], lattice.x[nodes], number, noun)
+    return Cut(x, curve, lattice.x, ground, ceiling, x[frame], heights[frame], lattice.x[nodes], number, model.noun)
 
 
 def ground_at(model: ContactModel, number: NDArray[np.int64]) -> Vector:
@@ -110,7 +110,6 @@ def draw_section(axes: NDArray[Any], cut: Cut, model: ContactModel, solution: An
     shape_axes, gap_axes, force_axes = axes
     draw_shape(shape_axes, cut, model, solution)
     node_x, number = cut.node_x, cut.number
-    upper = solution.contact_upper[number]
     clearance = np.where(model.supported[number], solution.gap[number], np.nan)
     gap_axes.plot(node_x, clearance, ".-", color=INK, lw=1, ms=3)
     gap_axes.axhline(0, color=INK, lw=0.6)
@@ -119,22 +118,29 @@ def draw_section(axes: NDArray[Any], cut: Cut, model: ContactModel, solution: An
         gap_axes.plot(node_x, room, color=CONTACT_UPPER, lw=0.9, ls="--", label="up to the ceiling")
         gap_axes.legend(loc="best", frameon=False, fontsize="small")
     gap_axes.set(ylabel="gap ω")
-    held = held_reaction(solution)
+    draw_reaction(force_axes, cut, solution)
+    force_axes.set(xlabel=xlabel)
+    for each in axes:
+        tidy(each)
+
+
+def draw_reaction(axes: Axes, cut: Cut, solution: Answered) -> None:
+    """Draw the reaction at each node of a section."""
+    node_x, number = cut.node_x, cut.number
+    upper, held = solution.contact_upper[number], held_reaction(solution)
     reaction, width = held[number], max(0.6, min(2.0, 150 / node_x.size))
     for chosen, colour in ((~upper, CONTACT), (upper, CONTACT_UPPER)):
         chosen = chosen & (reaction != 0)
-        force_axes.vlines(node_x[chosen], 0, reaction[chosen], color=colour, lw=width)
-    force_axes.axhline(0, color=INK, lw=0.6)
+        axes.vlines(node_x[chosen], 0, reaction[chosen], color=colour, lw=width)
+    axes.axhline(0, color=INK, lw=0.6)
     # The scale is that of the whole answer: beside its largest reaction, what rounding leaves is nothing.
     low, high = min(0.0, float(held.min())), max(0.0, float(held.max()))
     margin = 0.08 * (high - low)
     if margin:
-        force_axes.set_ylim(low - margin if low else -0.4 * margin, high + margin if high else 0.4 * margin)
+        axes.set_ylim(low - margin if low else -0.4 * margin, high + margin if high else 0.4 * margin)
     else:
-        force_axes.set(ylim=(-0.05, 1.0), yticks=[0.0])
-    force_axes.set(xlabel=xlabel, ylabel=REACTION)
-    for each in axes:
-        tidy(each)
+        axes.set(ylim=(-0.05, 1.0), yticks=[0.0])
+    axes.set(ylabel=REACTION)
 
 
 def draw_shape(axes: Axes, cut: Cut, model: ContactModel, solution: Answered) -> None:

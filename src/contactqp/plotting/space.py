@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted, drawn_in_space
-from ..models.membrane import Membrane
+from ..models.on_area import AreaModel
 from ..models.records import NodeState
 from .states import STATE_COLOURS, seen
 from .style import BLUE, GROUND, INK, head, new_figure, tidy_in_space
@@ -23,8 +23,8 @@ _FINEST = 90
 """Facets along a side of a surface."""
 
 
-@drawn_in_space.register(Membrane)
-def _support_in_space(membrane: Membrane, wanted: Wanted) -> Figure:
+@drawn_in_space.register(AreaModel)
+def _support_in_space(membrane: AreaModel, wanted: Wanted) -> Figure:
     axes = _axes(wanted)
     _draw_surface(axes, membrane, _laid(membrane, membrane.support), GROUND, 0.85)
     _draw_frame(axes, membrane)
@@ -33,11 +33,11 @@ def _support_in_space(membrane: Membrane, wanted: Wanted) -> Figure:
     return _titled(axes, wanted, title)
 
 
-def membrane_in_space(membrane: Membrane, solution: Answered, wanted: Wanted) -> Figure:
+def membrane_in_space(membrane: AreaModel, solution: Answered, wanted: Wanted) -> Figure:
     """Draw the deflected membrane between support and ceiling, facets in contact in their own colours."""
     axes = _axes(wanted)
     heights = membrane.padded_deflection(solution.gap)
-    joined = membrane.stencil.padded_mask() | membrane.stencil.frame_points()
+    joined = membrane.padded_mask() | membrane.frame_points()
     surface = np.where(joined, heights, np.nan)
     state, _ = seen(solution)
     held = np.pad(membrane.lattice.scatter(np.maximum(state, 0), fill=0), 1)
@@ -77,7 +77,7 @@ def _cut_off(heights: NDArray[Any], plane: float, upwards: bool) -> bool:
     return bool(below.any())
 
 
-def _laid(membrane: Membrane, values: NDArray[Any]) -> NDArray[Any]:
+def _laid(membrane: AreaModel, values: NDArray[Any]) -> NDArray[Any]:
     grid = membrane.lattice.scatter(np.where(np.isfinite(values), values, np.nan))
     return np.pad(grid, 1, constant_values=np.nan)
 
@@ -92,7 +92,7 @@ def _axes(wanted: Wanted) -> Any:
 
 
 def _draw_surface(
-    axes: Any, membrane: Membrane, heights: NDArray[Any], colour: str, alpha: float, held: Any = None
+    axes: Any, membrane: AreaModel, heights: NDArray[Any], colour: str, alpha: float, held: Any = None
 ) -> None:
     if not np.isfinite(heights).any():
         return
@@ -120,11 +120,11 @@ def _draw_surface(
     )
 
 
-def _draw_frame(axes: Any, membrane: Membrane) -> None:
+def _draw_frame(axes: Any, membrane: AreaModel) -> None:
     axes.scatter(*membrane.frame_places, s=3, color=INK, depthshade=False)
 
 
-def _finish(axes: Any, membrane: Membrane, wanted: Wanted) -> None:
+def _finish(axes: Any, membrane: AreaModel, wanted: Wanted) -> None:
     if not membrane.upwards:
         axes.invert_zaxis()
     axes.set(xlabel=wanted.label("x"), ylabel=wanted.label("y"), zlabel=wanted.label(f"height, {membrane.sense}"))

@@ -2,8 +2,8 @@
 
 What stands here serves any model, by the places of its nodes, in plan or, where they lie in a line, along that (see
 `on_line`); and a bare problem, which knows no places. A kind of model that is drawn otherwise registers its own
-functions in a file of its own (see `on_lattice`, `on_cable` and `on_net`), which `contactqp.plotting` imports. A class
-without a registration is drawn as the nearest class above it.
+functions in a file of its own (see `on_lattice`, `on_row`, `on_beam`, `on_net` and `on_mesh`), which
+`contactqp.plotting` imports. A class without a registration is drawn as the nearest class above it.
 """
 
 from __future__ import annotations

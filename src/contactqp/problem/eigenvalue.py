@@ -89,33 +89,30 @@ def proven_least_eigenvalue(
     """
     exponents = np.round(-0.5 * np.log2(matrix.diagonal()))
     units = np.ldexp(1.0, exponents.astype(int))
-    proofs: dict[str, Callable[[csr_array, Vector], float]]
-    by_m_matrix = {"an M-matrix below": partial(_by_m_matrix_below, cycle=cycle)}
-    by_factors = {"factors": _by_factors}
-    if matrix.shape[0] <= DIRECT_SIZE or _has_narrow_band(matrix):
-        proofs = {**by_factors, "factors in twice the precision": _by_accurate_factors, **by_m_matrix}
-    else:
-        proofs = {**by_m_matrix, **by_factors}
-    for name, proof in proofs.items():
-        bound = proof(matrix, units)
+    by_factors, by_m_matrix = partial(_by_factors, matrix, units), partial(_by_m_matrix_below, matrix, units, cycle)
+    proofs: list[Callable[[], tuple[float, str]]] = [by_factors, by_m_matrix]
+    if matrix.shape[0] > DIRECT_SIZE and narrow_band_of(matrix) is None:
+        proofs.reverse()
+    for proof in proofs:
+        bound, name = proof()
         if bound > 0:
             return LeastEigenvalue(bound, units, name)
     return None
 
 
-def _by_factors(matrix: csr_array, units: Vector) -> float:
-    """Return a bound by Cholesky factors in a band, 0 where there is none."""
+def _by_factors(matrix: csr_array, units: Vector) -> tuple[float, str]:
+    """Return a bound by factors in a band, and their kind; 0 where there is none.
+
+    They are Cholesky's in double precision, or, where those prove nothing and the band is narrow, in twice the
+    precision.
+    """
     scaled = _scaled(matrix, units)
     band = None if scaled is None else Band(scaled)
-    return 0.0 if band is None or not band.affordable else _proven(band)
-
-
-def _by_accurate_factors(matrix: csr_array, units: Vector) -> float:
-    """Return a bound by factors in twice the precision, in a narrow band; 0 where there is none."""
-    scaled = _scaled(matrix, units)
-    band = None if scaled is None else Band(scaled)
-    narrow = NarrowBand.of(band) if band is not None and is_narrow(band) else None
-    return 0.0 if narrow is None else _proven(narrow)
+    bound = 0.0 if band is None or not band.affordable else _proven(band)
+    if bound > 0 or band is None or not is_narrow(band):
+        return bound, "factors"
+    narrow = NarrowBand.of(band)
+    return (0.0 if narrow is None else _proven(narrow)), "factors in twice the precision"
 
 
 def _proven(band: Band | NarrowBand) -> float:
@@ -127,8 +124,8 @@ def _proven(band: Band | NarrowBand) -> float:
     return next((bound for part in _TRIALS if (bound := band.proven_least_eigenvalue(part * estimate)) > 0), 0.0)
 
 
-def _by_m_matrix_below(matrix: csr_array, units: Vector, cycle: Callable[[], Solve | None] | None) -> float:
-    r"""Return a bound by an M-matrix Ã ≼ A = DGD with a barrier v > 0, 0 < s ≤ Ãv; 0 where there is none.
+def _by_m_matrix_below(matrix: csr_array, units: Vector, cycle: Callable[[], Solve | None] | None) -> tuple[float, str]:
+    r"""Return a bound by an M-matrix Ã ≼ A = DGD with a barrier v > 0, 0 < s ≤ Ãv, and its name; 0 for none.
 
     It is Ã = DG̃D with G̃ ≼ G, for the conductances of G itself say which vectors cost little energy.
     λ_min(A) ≥ λ_min(Ã) ≥ min s_i/v_i. For an eigenvector of the smallest eigenvalue λ of the symmetric M-matrix Ã can
@@ -144,12 +141,16 @@ def _by_m_matrix_below(matrix: csr_array, units: Vector, cycle: Callable[[], Sol
     # What is below the matrix is near enough to it for the same preconditioner, in the same units.
     made = None if cycle is None else Preconditioner(np.ones_like(units), cycle)
     barrier = None if below is None else find_barrier(SparseStiffness(below), made)
-    return 0.0 if barrier is None else float((barrier.s / barrier.v).min()) * (1 - 4 * UNIT_ROUNDOFF)
+    bound = 0.0 if barrier is None else float((barrier.s / barrier.v).min()) * (1 - 4 * UNIT_ROUNDOFF)
+    return bound, "an M-matrix below"
 
 
-def _has_narrow_band(matrix: csr_array) -> bool:
-    """Whether factors take next to no time: no row is long, and in their order its unknowns are near each other."""
-    return int(np.diff(matrix.indptr).max()) <= 2 * WIDEST + 1 and is_narrow(Band(matrix))
+def narrow_band_of(matrix: csr_array) -> Band | None:
+    """Return a matrix as a narrow band, whose factors take next to no time; None where it is none."""
+    if int(np.diff(matrix.indptr).max()) > 2 * WIDEST + 1:
+        return None
+    band = Band(matrix)
+    return band if is_narrow(band) else None
 
 
 def affordable(matrix: csr_array) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..algebra.conditioning import estimated_condition, told_condition
 from ..algebra.definiteness import refuse_indefinite, ritz_value, weakly_dominant
+from ..algebra.narrow_band import solver
 from ..algebra.sparse import SparseStiffness
 from ..algebra.stiffness import Stiffness
 from ..foundation.checks import Mask, Vector
@@ -18,7 +19,7 @@ from ..methods.factors import DIRECT_SIZE, Solve
 from ..methods.free_system import FreeSystem
 from ..methods.linear import cycle_of
 from .barrier import Barrier, Preconditioner, find_barrier
-from .eigenvalue import LeastEigenvalue, affordable, proven_least_eigenvalue
+from .eigenvalue import LeastEigenvalue, affordable, narrow_band_of, proven_least_eigenvalue
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -70,7 +71,9 @@ class MatrixFacts:
         return matrix
 
     def mean_deflection(self, force: Vector) -> Vector:
-        """Return the mean deflection that forces make, shape (...): a bound by the barrier, or a rough estimate.
+        """Return the mean deflection that forces make, shape (...): a bound by the barrier, or an estimate.
+
+        That is exact, to rounding, in a narrow band, and a rough one by the diagonal elsewhere.
 
         Parameters
         ----------
@@ -79,7 +82,19 @@ class MatrixFacts:
         """
         if self.barrier is not None:
             return np.asarray(self.barrier.mean_deflection(force))
+        if self._bend is not None:
+            bent = [np.abs(self._bend(one)).mean() for one in np.atleast_2d(force)]
+            return np.asarray(bent).reshape(force.shape[:-1])
         return np.asarray((force / self.stiffness.diagonal()).max(axis=-1))
+
+    @cached_property
+    def _bend(self) -> Solve | None:
+        """What solves with a matrix in a narrow band, of which the diagonal tells next to nothing; None for others."""
+        band = narrow_band_of(self.G)
+        if band is None:
+            return None
+        least = self.least_eigenvalue
+        return solver(band, 0.0 if least is None else least.bound)
 
     @property
     def kernel(self) -> Kernel | None:

@@ -46,7 +46,7 @@ import numpy as np
 
 from ..algebra.band import Band
 from ..algebra.compensated import two_sum
-from ..algebra.narrow_band import STIFF, NarrowBand
+from ..algebra.narrow_band import solver
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
 from ..methods.factors import DIRECT_SIZE, Solve
@@ -242,16 +242,10 @@ def _corrected(problem: Posed, proof: WeakerProof, best: Enclosure, base: Base, 
 
 def _solver(problem: Posed, free: Mask) -> Solve | None:
     """Return a function that solves with the free nodes' matrix, to rounding where factors are affordable."""
-    band = Band(problem.stiffness.restricted(free).tocsr())
     least = problem.least_eigenvalue
-    if least is not None and least.bound < STIFF:
-        narrow = NarrowBand.of(band)
-        accurate = None if narrow is None else narrow.factors()
-        if accurate is not None:
-            return lambda force: accurate.solve(band.inwards(force))[0][band.place]
-    factors = band.factors() if band.affordable else None
-    if factors is not None:
-        return factors.solve
+    direct = solver(Band(problem.stiffness.restricted(free).tocsr()), np.inf if least is None else least.bound)
+    if direct is not None:
+        return direct
     iterated = free_set_solver(problem.stiffness, free)
     return None if iterated is None else iterated[0]
 

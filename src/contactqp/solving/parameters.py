@@ -160,9 +160,8 @@ class OfModel(Parameters):
         if frame is not None:
             self.known[frame.name] = Parameter(partial(self._of_points, frame), partial(self._by_points, frame))
         if isinstance(getattr(model, "tension", None), float):
-            self.known["tension"] = Parameter(
-                self._of_tension, lambda by: -float(by.reaction @ self._pull_of_arms) / self._tension
-            )
+            self._by_tension = model.pull_per_tension(self._deflection, self._pull_of_arms)
+            self.known["tension"] = Parameter(self._of_tension, lambda by: -float(by.reaction @ self._by_tension))
 
     @property
     def size(self) -> int:
@@ -186,10 +185,6 @@ class OfModel(Parameters):
     @property
     def _under_ceiling(self) -> Vector:
         return np.asarray(self._model.under_ceiling, dtype=np.float64)
-
-    @property
-    def _tension(self) -> float:
-        return float(self._model.tension)  # type: ignore[attr-defined]
 
     def _of_load(self, direction: Any) -> Change:
         change = Change.none(self.size)
@@ -259,5 +254,5 @@ class OfModel(Parameters):
 
     def _of_tension(self, direction: Any) -> Change:
         change = Change.none(self.size)
-        change.reaction = -finite_number(direction, "tension") / self._tension * self._pull_of_arms
+        change.reaction = -finite_number(direction, "tension") * self._by_tension
         return change

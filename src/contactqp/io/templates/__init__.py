@@ -13,7 +13,7 @@ def template_names() -> tuple[str, ...]:
     Examples
     --------
     >>> template_names()
-    ('cable', 'dome', 'hexagon', 'membrane')
+    ('beam', 'cable', 'dome', 'hexagon', 'membrane', 'plate')
     """
     return tuple(sorted(file.name.removesuffix(_SUFFIX) for file in files(__name__).iterdir() if _is_one(file.name)))
 

@@ -71,6 +71,8 @@ class Arms:
         stiff = ground > _STIFF * ((west + east) + (south + north))
         if not self._rim:
             stiff &= _beside_frame(mask)
+        if self.varying:  # its interpolation follows the arms
+            stiff[:] = False
         holds = (ground > 0).astype(np.uint8)
         holds[stiff] = STIFF
         return holds

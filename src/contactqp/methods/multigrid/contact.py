@@ -3,7 +3,8 @@
 Gräser and Kornhuber, *Multigrid methods for obstacle problems*, J. Comput. Math. 27 (2009): projected
 Gauss-Seidel finds the contact nodes; one linear multigrid cycle for the other nodes, which are unconstrained for the
 moment, takes away the smooth error; the correction is projected, and shortened by a line search where it
-could raise the energy. Every step lowers the energy, and the sweeps alone would converge, so the method does.
+could raise the energy. Every step lowers the energy, and the sweeps alone would converge, so the method does; where
+arms differ, one step may be excepted (see `_BOLD`), and each ends in the plane of the last two steps.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from ...foundation.threads import Team
 from ...geometry.numbering import Grid
 from ...geometry.runs import FREE, KIND
 from .arms import Arms
-from .hierarchy import Hierarchy
 from .lattice_kernels import exchange_kernels, lattice_kernels, start_from_coarse
+from .weighted_hierarchy import hierarchy_of
 
 _SWEEPS = 3
 _MOST_SWEEPS = 24
@@ -27,6 +28,17 @@ _AT_ONCE = 6
 
 _LEAST_STRIP = 2 * _AT_ONCE
 """What is left out near one border of a strip must not depend on what is left out near the other."""
+
+_DEPENDENT = 1e-10
+"""Two directions are taken for one where the square of the sine between them is smaller."""
+
+_BOLD = 0.1
+"""What the line search leaves of a step below which a bold one is taken instead.
+
+A stiff part moves as a whole. Where it is too high, and its lowest nodes are at their bounds already or next to them, a
+line search lets it move by nothing; a full step, projected, holds a good part of it, and the forces that are needed for
+that let go of most nodes at once, as in primal-dual active sets. There is one such step: more of them go in circles.
+"""
 
 _STALLING = 0.5
 """Contraction above which a cycle of a lattice at rest counts as stalling: it is 0.05 to 0.15 as a rule."""
@@ -70,16 +82,19 @@ class ContactMultigrid:
     def __init__(self, lattice: Arms, q: Grid, team: Team, limits: Limits = NO_LIMITS) -> None:
         self.lattice, self.q, self.team, self.limits = lattice, q, team, limits
         self.omega, self._next = lattice.layout.zeros(), lattice.layout.zeros()
-        self.hierarchy = Hierarchy(lattice, team)
+        self.hierarchy = hierarchy_of(lattice, team)
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
         self._kernels = lattice_kernels(lattice.kind)
         self._exchange = exchange_kernels(lattice.kind, self.hierarchy.levels[0].plan.precision)
         self._strips = team.strips(1, lattice.rows + 1, lattice.columns, _LEAST_STRIP)
         self._place = lattice.layout.runs, lattice.layout.row_start
         self._bounded_place = *limits, *self._place
-        self._coarsening = self.hierarchy.levels[0].factors
+        first = self.hierarchy.levels[0]
+        self._coarsening = *first.factors, first.exchange_weights
         self._sweeps = _SWEEPS
         self._careful = lattice.varying
+        self._past: list[Grid] = []
+        self._may_be_bold = lattice.varying
 
     def restart(self, q: Grid, limits: Limits, team: Team) -> None:
         """Go on with other forces and other values of the bounds, by the hierarchy of the last free nodes."""
@@ -88,6 +103,8 @@ class ContactMultigrid:
         self._bounded_place = *limits, *self._place
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
         self._sweeps, self._careful = _SWEEPS, self.lattice.varying
+        self._past = []
+        self._may_be_bold = self.lattice.varying
 
     def start(self, height: Grid, coarse_deflection: Grid) -> None:
         """Start from ``height`` less the interpolated deflection of the next coarser lattice."""
@@ -97,6 +114,8 @@ class ContactMultigrid:
     def relax(self) -> None:
         """Sweep, and measure and restrict what is left."""
         before = self.estimate
+        if self.lattice.varying:
+            self._past.append(self.omega.copy())
         self._sweep(2 * self._sweeps)
         self.changes, self.estimate = self._restrict(self.lattice.layout.runs)
         self.work += self._sweeps + 1
@@ -114,13 +133,21 @@ class ContactMultigrid:
         arguments = self.omega, self._next, correction, *self._coarsening, *self._bounded_place
         self.cut = sum(self.team.run(self._exchange.correct, self._strips, *arguments))
         self.work += 1 + self.hierarchy.cycle_work
-        self.damping = self._line_search() if self.cut or self._careful else 1.0
+        careful = self.cut or (self._careful and len(self._past) < 2)
+        self.damping = self._line_search() if careful else 1.0
         self.omega, self._next = self._next, self.omega
+        if len(self._past) == 2:
+            self._accelerate(*self._past)
+            del self._past[0]
 
     def rest(self) -> float:
         """Return the force out of balance that rounding errors alone may leave."""
         largest = max(abs(float(self.omega.max())), abs(float(self.omega.min())))
         return 4 * float(np.finfo(np.float64).eps) * largest * self.lattice.stiffest
+
+    def last_step(self) -> float:
+        """Return by how much the gap has changed at most since the cycle before; infinite where that is not known."""
+        return float(np.abs(self.omega - self._past[-1]).max()) if self._past else np.inf
 
     def restrict_load(self) -> NDArray[Any]:
         """Return q + Gω, summed with the weights of bilinear interpolation, at the next coarser lattice's nodes."""
@@ -154,6 +181,34 @@ class ContactMultigrid:
         found = self.team.run(self._exchange.restrict_residual, first.strips, *arguments)
         return sum(changes for changes, _ in found), max(worst for _, worst in found)
 
+    def _accelerate(self, older: Grid, before: Grid) -> None:
+        """Go to the least energy in the plane of this cycle's step and the last one's, unless that leaves the bounds.
+
+        For a linear problem, and a symmetric cycle, that is a step of conjugate gradients.
+        """
+        self._past[1] = before.copy()
+        self.team.run(self._kernels.directions, self._strips, self.omega, before, older, *self._bounded_place)
+        arguments = self.omega, before, older, self.q, *self.lattice.stiffnesses, *self._place
+        sums = self.team.run(self._kernels.plane, self._strips, *arguments)
+        first_slope, second_slope, first, common, second = (float(sum(part)) for part in zip(*sums, strict=True))
+        determinant = first * second - common * common
+        self.work += 4
+        if determinant > _DEPENDENT * first * second:
+            lengths = common * second_slope - second * first_slope, common * first_slope - first * second_slope
+            if self._moved(before, lengths[0] / determinant, older, lengths[1] / determinant):
+                return
+        if first_slope > 0.0:  # back, but no farther than to where the cycle began
+            self._moved(before, -min(1.0, first_slope / first), older, 0.0)
+
+    def _moved(self, first: Grid, first_length: float, second: Grid, second_length: float) -> bool:
+        """Whether a combination of two directions does not leave the bounds; then it is gone along."""
+        way = first, first_length, second, second_length
+        beyond = self.team.run(self._kernels.advance, self._strips, self.omega, self._next, *way, *self._bounded_place)
+        if any(beyond):
+            return False
+        self.omega, self._next = self._next, self.omega
+        return True
+
     def _line_search(self) -> float:
         """Shorten the step to the least energy along it; it stays feasible, because both of its ends are."""
         arguments = self.omega, self._next, self.q, *self.lattice.stiffnesses, *self._place
@@ -163,6 +218,10 @@ class ContactMultigrid:
         if slope + curvature <= 0 or curvature <= 0:
             return 1.0
         damping = max(0.0, -slope / curvature)
+        if damping < _BOLD and self._may_be_bold:
+            self._may_be_bold = False
+            self._past = []
+            return 1.0
         self._next -= self.omega
         self._next *= damping
         self._next += self.omega

@@ -1,9 +1,9 @@
-"""Compiled Galerkin products: the coarse operators Pᵀ A P of an operator A that is truncated at the contact nodes.
+"""Compiled Galerkin products for equal arms: Pᵀ A P of an operator A that is truncated at the contact nodes.
 
-P is bilinear interpolation by a factor 2 or 1 in each direction. A coarse entry depends on the finer operator within a
-window of as many points as the factor to each side. Where the finer operator is the same everywhere in the window, the
-entry is a constant that is known beforehand; only the surroundings of the frame and of the free boundary
-are computed.
+P is bilinear interpolation by a factor 2 or 1 in each direction, and these are the coarse operators. A coarse entry
+depends on the finer operator within a window of as many points as the factor to each side. Where the finer operator is
+the same everywhere in the window, the entry is a constant that is known beforehand; only the surroundings of the frame
+and of the free boundary are computed.
 
 ``kind`` is 0 where the operator's row is zero (a contact node, a frame point, a coarse point without a basis function),
 1 where it is the constant one, and 2 elsewhere; stencils are those of `level_kernels`.
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from ...geometry.arm_kernels import arm_at, spring_at
+from ...geometry.arm_kernels import spring_at
 from .lattice_kernels import ArmKind, stiffness_types
 
 _DAMPING = 16.0 / 9.0
@@ -114,10 +114,7 @@ def _coarsen_lattice(  # type: ignore[no-untyped-def]
                 for b in range(-2, 3):
                     image[a + 3, b + 3] = 0.0
                     if 0 <= i + a < rows and 0 <= j + b < columns and free[i + a, j + b]:
-                        w = arm_at(across, i + a - 1, j + b - 1)
-                        e = arm_at(across, i + a - 1, j + b)
-                        s = arm_at(along, i + a - 1, j + b - 1)
-                        n = arm_at(along, i + a, j + b - 1)
+                        w, e, s, n = across, across, along, along
                         held = w + e + s + n + spring_at(ground, i + a - 1, j + b - 1)
                         image[a + 3, b + 3] = held * basis[a + 3, b + 3] - (
                             w * basis[a + 3, b + 2]

@@ -5,18 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...foundation.loading import once
 from ...foundation.threads import Team
 from ..multigrid import galerkin_kernels
 from .arms import Arms, coarsening
-from .lattice_kernels import ArmKind, exchange_kernels, lattice_kernels
 from .level_kernels import level_kernels, transfer_kernels
 
 _COARSEST_SWEEPS = 10
+
+_DIRECT = 300
+"""Points of a level that is solved by elimination, where arms differ."""
 
 _SINGLE_PRECISION_REACH = 5e5
 """Up to this error per rounding error (see `lattice.Net.reach`) a correction may be rounded to single precision.
@@ -27,13 +29,29 @@ Twice the error a unit of residual makes, times 6e-8, is what a cycle loses: 0.0
 
 @dataclass(frozen=True)
 class Plan:
-    """Shape of a coarse level, how it follows from the finer one, and the precision of its vectors."""
+    """Shape of a coarse level, how it follows from the finer one, and the precision of its vectors.
+
+    Attributes
+    ----------
+    rows, columns : int
+    row_coarsening, column_coarsening : int
+    precision : str
+        "float32" or "float64".
+    weighted : bool
+        Whether interpolation follows the arms, see `weighted_kernels`; else it is bilinear.
+    """
 
     rows: int
     columns: int
     row_coarsening: int
     column_coarsening: int
     precision: str
+    weighted: bool
+
+    @property
+    def stencil_precision(self) -> str:
+        """Precision of its operator."""
+        return "float64" if self.weighted else "float32"
 
 
 class Level:
@@ -44,11 +62,14 @@ class Level:
         shape = (plan.rows + 2, plan.columns + 2)
         self.factors = plan.row_coarsening, plan.column_coarsening
         self.strips = team.strips(1, plan.rows + 1, plan.columns)
-        self.stencil = np.zeros((6, *shape), dtype=np.float32)
+        self.stencil = np.zeros((6, *shape), dtype=plan.stencil_precision)
+        self.weights = np.zeros((8, *shape) if plan.weighted else (0, 0, 0), dtype=np.float32)
+        self.exchange_weights: Any = self.weights if plan.weighted else 0.0
         self.kind = np.zeros(shape, dtype=np.uint8)
         self.changed = np.zeros(plan.rows + 2, dtype=np.uint8)
         self.constant = np.zeros(6, dtype=np.float32)
         self.residual, self.correction, self.spare = (np.zeros(shape, dtype=plan.precision) for _ in range(3))
+        self.kept, self.image = (np.zeros(shape if plan.weighted else (0, 0)) for _ in range(2))
 
 
 class Hierarchy:
@@ -69,8 +90,7 @@ class Hierarchy:
         self.free[1:-1, 1:-1] = lattice.marks()
         self.changed = np.ones(lattice.rows + 2, dtype=np.uint8)
         self.levels = [Level(plan, team) for plan in plans(lattice)]
-        if not lattice.varying:
-            self._find_constants()
+        self._set_up()
 
     def update(self) -> None:
         """Compute the rows of all operators that changed rows have a share in."""
@@ -88,7 +108,7 @@ class Hierarchy:
             first.kind,
             first.changed,
             *first.factors,
-            not lattice.varying,
+            True,
         )
         self._set_factors(first)
         for finer, level in pairwise(self.levels):
@@ -119,20 +139,31 @@ class Hierarchy:
         than a V-cycle where each level has a quarter of the points, and half of the contraction factor.
         """
         level = self.levels[depth]
-        kernels = level_kernels(level.plan.precision)
         if depth == len(self.levels) - 1:
-            kernels.solve_coarsest(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
+            self._solve_coarsest(level)
             return
         run, coarse = self.team.run, self.levels[depth + 1]
-        transfers = transfer_kernels(level.plan.precision, coarse.plan.precision)
+        kernels = level_kernels(level.plan.precision, level.plan.stencil_precision)
         run(kernels.smooth_from_zero, level.strips, level.stencil, level.residual, level.correction)
         for full_below in (True, False) if full else (False,):
-            state = level.stencil, level.residual, level.correction
-            run(transfers.restrict, coarse.strips, *state, coarse.residual, *coarse.factors)
+            self._restrict(level, coarse)
             self.cycle(depth + 1, full=full_below)
-            run(transfers.add_interpolated, level.strips, level.correction, coarse.correction, *coarse.factors)
-            run(kernels.smooth, level.strips, *state, level.spare)
+            self._interpolate(level, coarse)
+            run(kernels.smooth, level.strips, level.stencil, level.residual, level.correction, level.spare)
             level.correction, level.spare = level.spare, level.correction
+
+    def _solve_coarsest(self, level: Level) -> None:
+        solve = level_kernels(level.plan.precision, level.plan.stencil_precision).solve_coarsest
+        solve(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
+
+    def _restrict(self, level: Level, coarse: Level) -> None:
+        state = level.stencil, level.residual, level.correction
+        restrict = transfer_kernels(level.plan.precision, coarse.plan.precision).restrict
+        self.team.run(restrict, coarse.strips, *state, coarse.residual, *coarse.factors)
+
+    def _interpolate(self, level: Level, coarse: Level) -> None:
+        add_interpolated = transfer_kernels(level.plan.precision, coarse.plan.precision).add_interpolated
+        self.team.run(add_interpolated, level.strips, level.correction, coarse.correction, *coarse.factors)
 
     @cached_property
     def points(self) -> float:
@@ -149,7 +180,7 @@ class Hierarchy:
         visits = sum((depth + 1) * level.residual.size for depth, level in enumerate(self.levels))
         return 4 * visits / self.lattice.layout.size
 
-    def _find_constants(self) -> None:
+    def _set_up(self) -> None:
         """Compute each level's operator far from frame and contact, on a small lattice without either."""
         width = 9
         middle, every = width // 2 + 1, np.ones(2 * width + 3, dtype=np.uint8)
@@ -158,8 +189,9 @@ class Hierarchy:
         kind, rows = np.zeros((width + 2, width + 2), dtype=np.uint8), np.ones(width + 2, dtype=np.uint8)
         target = np.zeros(6, dtype=np.float32), stencil, kind, rows
         lattice, first = self.lattice, self.levels[0]
+        arms = lattice.across, lattice.along, 0.0
         coarsen = galerkin_kernels.coarsen_lattice("equal")
-        coarsen(example, every, lattice.across, lattice.along, 0.0, *target, *first.factors, False, 1, width + 1)
+        coarsen(example, every, *arms, *target, *first.factors, False, 1, width + 1)
         galerkin_kernels.set_factors(stencil, kind, rows, target[0], 1, width + 1)
         first.constant = stencil[:, middle, middle].copy()
         for finer, level in pairwise(self.levels):
@@ -180,26 +212,10 @@ def plans(lattice: Arms) -> list[Plan]:
         down, right = coarsening(rows, columns, across, along)
         if down * right == 1 and found:
             return found
-        precision = "float64" if reach > _SINGLE_PRECISION_REACH else "float32"
+        precision = "float64" if lattice.varying or reach > _SINGLE_PRECISION_REACH else "float32"
         rows, columns = rows // down, columns // right
         across, along = across * down / right, along * right / down
         reach /= down * right
-        found.append(Plan(rows, columns, down, right, precision))
-        if down * right == 1:
+        found.append(Plan(rows, columns, down, right, precision, lattice.varying))
+        if down * right == 1 or (lattice.varying and rows * columns <= _DIRECT):
             return found
-
-
-def load_kernels(lattice: Arms) -> None:
-    """Compile or load whatever a solution on ``lattice`` and its coarser ones calls."""
-    kind, precisions = lattice.kind, tuple(plan.precision for plan in plans(lattice))
-    once(("multigrid", kind, precisions), lambda: _load_kernels(kind, precisions), "multigrid")
-
-
-def _load_kernels(kind: ArmKind, precisions: tuple[str, ...]) -> None:
-    galerkin_kernels.coarsen_lattice(kind)
-    lattice_kernels(kind)
-    for own in precisions:
-        exchange_kernels(kind, own)
-        level_kernels(own)
-    for own, coarser in pairwise(precisions):
-        transfer_kernels(own, coarser)

@@ -6,7 +6,8 @@ the nodes that are `BOUNDED`, and empty where there are none. ``across`` and ``a
 along a row and along a column: numbers where all are equal, else arrays, ``across[i - 1, j - 1]`` west and
 ``along[i - 1, j - 1]`` south of the point [i, j]. ``ground[i - 1, j - 1]`` is the stiffness of an arm between the point
 and the ground, which is looked at in runs that are not `LOOSE`: a number where there are none. Nodes that are `STIFF`
-take no corrections from the coarse levels, which treat them as frame.
+take no corrections from the coarse levels, which treat them as frame. ``weights`` are those of `weighted_kernels` where
+arms differ, and a number, which is not looked at, where interpolation is bilinear.
 
 A kernel works on the rows, or coarse rows, [lo, hi), so that threads can share a pass. No certificate rests on these
 kernels, so they may contract products and sums.
@@ -18,11 +19,13 @@ from functools import cache
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.extending import overload
 
 from ...geometry.arm_kernels import arm_at, spring_at
 from ...geometry.numbering_kernels import GRID, RUNS
 from ...geometry.runs import BOUNDED, FIRST, HOLD, KIND, LAST, LOOSE, ROW, STIFF, SUPPORTED
+from .weighted_kernels import WEIGHTS, expand_row, spread_row
 
 ArmKind: TypeAlias = Literal["equal", "rimmed", "varying"]
 """Arms that are equal in each direction; those, and springs at some nodes; arms and springs that vary."""
@@ -43,6 +46,46 @@ def _relax_run(omega, q, across, along, ground, lower, i, first, last, odd, buff
         pull = w * west[k] + e * east[k] + s * south[k] + n * north[k] - drive[k]
         relaxed = max(lower, pull * (1.0 / (w + e + s + n + spring_at(ground, i - 1, j - 1))))
         buffer[k] = own[k] if (k + odd) & 1 else relaxed
+
+
+def _spread_row(
+    row: Any, coarse: Any, i: int, row_coarsening: int, column_coarsening: int, weights: Any, lo: int, hi: int
+) -> None:
+    """Add the fine row i, restricted, to those of the coarse rows within [lo, hi): bilinearly, or by weights."""
+    if np.ndim(weights) == 0:
+        _spread_row_bilinearly(row, coarse, i, row_coarsening, column_coarsening, lo, hi)
+    else:
+        spread_row(row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi)
+
+
+@overload(_spread_row, inline="always")
+def _compiled_spread_row(row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi):  # type: ignore[no-untyped-def]
+    if isinstance(weights, types.Float):
+        return lambda row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi: _spread_row_bilinearly(
+            row, coarse, i, row_coarsening, column_coarsening, lo, hi
+        )
+    return lambda row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi: spread_row(
+        row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi
+    )
+
+
+def _expand_row(coarse: Any, i: int, row_coarsening: int, column_coarsening: int, weights: Any, row: Any) -> None:
+    """Interpolate the fine row i from the coarse lattice: bilinearly, or by weights."""
+    if np.ndim(weights) == 0:
+        _expand_row_bilinearly(coarse, i, row_coarsening, column_coarsening, row)
+    else:
+        expand_row(coarse, i, row_coarsening, column_coarsening, weights, row)
+
+
+@overload(_expand_row, inline="always")
+def _compiled_expand_row(coarse, i, row_coarsening, column_coarsening, weights, row):  # type: ignore[no-untyped-def]
+    if isinstance(weights, types.Float):
+        return lambda coarse, i, row_coarsening, column_coarsening, weights, row: _expand_row_bilinearly(
+            coarse, i, row_coarsening, column_coarsening, row
+        )
+    return lambda coarse, i, row_coarsening, column_coarsening, weights, row: expand_row(
+        coarse, i, row_coarsening, column_coarsening, weights, row
+    )
 
 
 @njit(error_model="numpy", fastmath=_FAST)
@@ -116,6 +159,20 @@ def _pull_run(omega, q, across, along, ground, i, first, last, out):  # type: ig
         out[k] = -((horizontal + vertical) + drive[k] + spring_at(ground, i - 1, j - 1) * own[k])
 
 
+@njit(error_model="numpy", fastmath=_FAST)
+def _spread_row_bilinearly(row, coarse, i, row_coarsening, column_coarsening, lo, hi):  # type: ignore[no-untyped-def]
+    """Add the fine row i, restricted, to those of the coarse rows within [lo, hi)."""
+    if row_coarsening == 1:
+        _restrict_row(row, coarse[i], column_coarsening, 1.0)
+    elif i % 2 == 0:
+        _restrict_row(row, coarse[i // 2], column_coarsening, 1.0)
+    else:
+        if i // 2 >= lo:
+            _restrict_row(row, coarse[i // 2], column_coarsening, 0.5)
+        if i // 2 + 1 < hi:
+            _restrict_row(row, coarse[i // 2 + 1], column_coarsening, 0.5)
+
+
 def _restrict_residual(  # type: ignore[no-untyped-def]
     omega,
     q,
@@ -131,6 +188,7 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
     coarse,
     row_coarsening,
     column_coarsening,
+    weights,
     slope,
     lo,
     hi,
@@ -195,20 +253,12 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
                     out[k] = out[k] if own[k] > low[k] and own[k] < high[k] else 0.0
         if changes > before:
             changed[i] = 1
-        if row_coarsening == 1:
-            _restrict_row(row, coarse[i], column_coarsening, 1.0)
-        elif i % 2 == 0:
-            _restrict_row(row, coarse[i // 2], column_coarsening, 1.0)
-        else:
-            if i // 2 >= lo:
-                _restrict_row(row, coarse[i // 2], column_coarsening, 0.5)
-            if i // 2 + 1 < hi:
-                _restrict_row(row, coarse[i // 2 + 1], column_coarsening, 0.5)
+        _spread_row(row, coarse, i, row_coarsening, column_coarsening, weights, lo, hi)
     return changes, worst
 
 
 @njit(error_model="numpy", fastmath=_FAST)
-def _expand_row(coarse, i, row_coarsening, column_coarsening, row):  # type: ignore[no-untyped-def]
+def _expand_row_bilinearly(coarse, i, row_coarsening, column_coarsening, row):  # type: ignore[no-untyped-def]
     """Interpolate the fine row i bilinearly from the coarse lattice."""
     below = coarse[i // row_coarsening]
     above = coarse[min((i + row_coarsening - 1) // row_coarsening, coarse.shape[0] - 1)]
@@ -225,13 +275,13 @@ def _expand_row(coarse, i, row_coarsening, column_coarsening, row):  # type: ign
 
 
 def _correct(  # type: ignore[no-untyped-def]
-    omega, corrected, coarse, row_coarsening, column_coarsening, floor, ceiling, runs, row_start, lo, hi
+    omega, corrected, coarse, row_coarsening, column_coarsening, weights, floor, ceiling, runs, row_start, lo, hi
 ):
     """Write ω + interpolated correction, within the bounds, of the free nodes; return how many were cut short."""
     row = np.zeros(omega.shape[1])
     cut = 0
     for i in range(lo, hi):
-        _expand_row(coarse, i, row_coarsening, column_coarsening, row)
+        _expand_row(coarse, i, row_coarsening, column_coarsening, weights, row)
         for run in range(row_start[i], row_start[i + 1]):
             first, last = runs[run, FIRST], runs[run, LAST]
             old, new, step = omega[i, first:last], corrected[i, first:last], row[first:last]
@@ -283,21 +333,78 @@ def _energy_slope(omega, corrected, q, across, along, ground, runs, row_start, l
     return slope, curvature
 
 
+def _directions(  # type: ignore[no-untyped-def]
+    omega, before, older, floor, ceiling, runs, row_start, lo, hi
+):
+    """Turn ``older`` into before - older and ``before`` into ω - before, at nodes between their bounds; else into 0."""
+    for run in range(row_start[lo], row_start[hi]):
+        i, first, last, kind = runs[run, ROW], runs[run, FIRST], runs[run, LAST], runs[run, KIND]
+        for j in range(first, last):
+            own = omega[i, j]
+            free = own > 0.0 if kind == SUPPORTED else True
+            if kind == BOUNDED:
+                free = own > floor[i, j] and own < ceiling[i, j]
+            older[i, j] = before[i, j] - older[i, j] if free else 0.0
+            before[i, j] = own - before[i, j] if free else 0.0
+
+
+def _plane(omega, first_way, second_way, q, across, along, ground, runs, row_start, lo, hi):  # type: ignore[no-untyped-def]
+    """Return a·R, b·R, a·Ga, a·Gb and b·Gb for two directions a and b, which are zero at contact nodes."""
+    slope_a = slope_b = aa = ab = bb = 0.0
+    for run in range(row_start[lo], row_start[hi]):
+        i, first, last = runs[run, ROW], runs[run, FIRST], runs[run, LAST]
+        for j in range(first, last):
+            w, e = arm_at(across, i - 1, j - 1), arm_at(across, i - 1, j)
+            s, n = arm_at(along, i - 1, j - 1), arm_at(along, i, j - 1)
+            spring = 0.0 if runs[run, HOLD] == LOOSE else spring_at(ground, i - 1, j - 1)
+            own, a, b = omega[i, j], first_way[i, j], second_way[i, j]
+            reaction = w * (own - omega[i, j - 1]) + e * (own - omega[i, j + 1])
+            reaction += s * (own - omega[i - 1, j]) + n * (own - omega[i + 1, j]) + q[i, j] + spring * own
+            image_a = w * (a - first_way[i, j - 1]) + e * (a - first_way[i, j + 1])
+            image_a += s * (a - first_way[i - 1, j]) + n * (a - first_way[i + 1, j]) + spring * a
+            image_b = w * (b - second_way[i, j - 1]) + e * (b - second_way[i, j + 1])
+            image_b += s * (b - second_way[i - 1, j]) + n * (b - second_way[i + 1, j]) + spring * b
+            slope_a += a * reaction
+            slope_b += b * reaction
+            aa += a * image_a
+            ab += b * image_a
+            bb += b * image_b
+    return slope_a, slope_b, aa, ab, bb
+
+
+def _advance(  # type: ignore[no-untyped-def]
+    omega, moved, first_way, first_length, second_way, second_length, floor, ceiling, runs, row_start, lo, hi
+):
+    """Write ω + a combination of two directions; return at how many nodes that leaves the bounds."""
+    beyond = 0
+    for run in range(row_start[lo], row_start[hi]):
+        i, first, last, kind = runs[run, ROW], runs[run, FIRST], runs[run, LAST], runs[run, KIND]
+        for j in range(first, last):
+            value = omega[i, j] + (first_length * first_way[i, j] + second_length * second_way[i, j])
+            moved[i, j] = value
+            if kind == SUPPORTED:
+                beyond += value < 0.0
+            elif kind == BOUNDED:
+                beyond += value < floor[i, j] or value > ceiling[i, j]
+    return beyond
+
+
 @njit(
     [
-        f"void({GRID}, {GRID}, {GRID}, int64, int64, {GRID}, {GRID}, {RUNS}, int64[::1], int64, int64)",
+        f"void({GRID}, {GRID}, {GRID}, int64, int64, {weights}, {GRID}, {GRID}, {RUNS}, int64[::1], int64, int64)"
+        for weights in ("float64", WEIGHTS)
     ],
     cache=True,
     nogil=True,
     error_model="numpy",
 )
 def start_from_coarse(  # type: ignore[no-untyped-def]
-    omega, height, coarse, row_coarsening, column_coarsening, floor, ceiling, runs, row_start, lo, hi
+    omega, height, coarse, row_coarsening, column_coarsening, weights, floor, ceiling, runs, row_start, lo, hi
 ):
     """Write ω = height - interpolated coarse deflection, within the bounds."""
     row = np.zeros(omega.shape[1])
     for i in range(lo, hi):
-        _expand_row(coarse, i, row_coarsening, column_coarsening, row)
+        _expand_row(coarse, i, row_coarsening, column_coarsening, weights, row)
         for run in range(row_start[i], row_start[i + 1]):
             first, last = runs[run, FIRST], runs[run, LAST]
             lower = 0.0 if runs[run, KIND] == SUPPORTED else -np.inf
@@ -313,6 +420,9 @@ class LatticeKernels(NamedTuple):
 
     sweep: Any
     energy_slope: Any
+    directions: Any
+    plane: Any
+    advance: Any
 
 
 class ExchangeKernels(NamedTuple):
@@ -325,11 +435,15 @@ class ExchangeKernels(NamedTuple):
 @cache
 def lattice_kernels(kind: ArmKind) -> LatticeKernels:
     """Compile the passes for arms of a kind (see `stiffness_types`), or load them."""
+    problem = f"{GRID}, {GRID}, {stiffness_types(kind)}, {_PLACE}"
     return LatticeKernels(
         sweep=_compiled(_sweep, f"void({_bounded(kind)}, int64, int64, int64, int64)"),
-        energy_slope=_compiled(
-            _energy_slope,
-            f"UniTuple(float64, 2)({GRID}, {GRID}, {GRID}, {stiffness_types(kind)}, {_PLACE}, int64, int64)",
+        energy_slope=_compiled(_energy_slope, f"UniTuple(float64, 2)({GRID}, {problem}, int64, int64)"),
+        directions=_compiled(_directions, f"void({GRID}, {GRID}, {GRID}, {GRID}, {GRID}, {_PLACE}, int64, int64)"),
+        plane=_compiled(_plane, f"UniTuple(float64, 5)({GRID}, {GRID}, {problem}, int64, int64)"),
+        advance=_compiled(
+            _advance,
+            f"int64({GRID}, {GRID}, {GRID}, float64, {GRID}, float64, {GRID}, {GRID}, {_PLACE}, int64, int64)",
         ),
     )
 
@@ -337,8 +451,9 @@ def lattice_kernels(kind: ArmKind) -> LatticeKernels:
 @cache
 def exchange_kernels(kind: ArmKind, coarser: str) -> ExchangeKernels:
     """Compile the passes for arms of a kind and vectors of "float32" or "float64" below, or load them."""
-    coarse, exchange = f"{coarser}[:, ::1]", "int64, int64, float64, int64, int64"
-    correction = f"{GRID}, {GRID}, {coarse}, int64, int64, {GRID}, {GRID}, {_PLACE}, int64, int64"
+    weights = WEIGHTS if kind == "varying" else "float64"
+    coarse, exchange = f"{coarser}[:, ::1]", f"int64, int64, {weights}, float64, int64, int64"
+    correction = f"{GRID}, {GRID}, {coarse}, int64, int64, {weights}, {GRID}, {GRID}, {_PLACE}, int64, int64"
     return ExchangeKernels(
         restrict_residual=_compiled(
             _restrict_residual,

@@ -137,13 +137,13 @@ class TransferKernels(NamedTuple):
 
 
 @cache
-def level_kernels(precision: str) -> LevelKernels:
-    """Compile the passes for vectors of "float32" or "float64", or load them."""
-    vector = f"{precision}[:, ::1]"
+def level_kernels(precision: str, stencil_precision: str) -> LevelKernels:
+    """Compile the passes for vectors and stencils of "float32" or "float64", or load them."""
+    vector, stencil = f"{precision}[:, ::1]", f"{stencil_precision}[:, :, ::1]"
     return LevelKernels(
-        smooth_from_zero=_compiled(_smooth_from_zero, f"{_STENCIL}, {vector}, {vector}, int64, int64"),
-        smooth=_compiled(_smooth, f"{_STENCIL}, {vector}, {vector}, {vector}, int64, int64"),
-        solve_coarsest=_compiled(_solve_coarsest, f"{_STENCIL}, {vector}, {vector}, int64"),
+        smooth_from_zero=_compiled(_smooth_from_zero, f"{stencil}, {vector}, {vector}, int64, int64"),
+        smooth=_compiled(_smooth, f"{stencil}, {vector}, {vector}, {vector}, int64, int64"),
+        solve_coarsest=_compiled(_solve_coarsest, f"{stencil}, {vector}, {vector}, int64"),
     )
 
 
