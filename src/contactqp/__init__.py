@@ -49,6 +49,8 @@ from .models.mesh_membrane import MeshMembrane
 from .models.plate import Plate
 from .paths.events import Events, events
 from .paths.load_path import LoadPath
+from .paths.march import march
+from .paths.time_history import TimeHistory
 from .paths.touchdown import Touchdown
 from .paths.trace import trace
 from .problem.contact_lcp import ContactLCP
@@ -91,6 +93,7 @@ __all__ = [
     "Solver",
     "Status",
     "Stencil",
+    "TimeHistory",
     "Touchdown",
     "UnknownBackendError",
     "UnsuitableProblemError",
@@ -103,6 +106,7 @@ __all__ = [
     "feasible",
     "gallery",
     "load_solution",
+    "march",
     "potential_energy",
     "profiles",
     "read",
