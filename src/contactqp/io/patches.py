@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from ..foundation.checks import Mask, Vector
     from ..models.records import Answered
 
+_ROUNDING = 1e-13
+"""Part of a mesh's extent by which corners of neighbouring parts of triangles may differ."""
+
 COLUMNS = ("patch", "nodes", "area", "reaction", "x", "y")
 
 
@@ -93,15 +96,16 @@ def _squares(model: AreaModel, nodes: NDArray[np.intp]) -> Any:
 
 
 @contour_of.register(MeshMembrane)
-def _triangles(model: MeshMembrane, nodes: NDArray[np.intp]) -> Any:
-    """Return the contour of the triangles between the nodes; where there are none, the nodes as points."""
+def _thirds_of_triangles(model: MeshMembrane, nodes: NDArray[np.intp]) -> Any:
+    """Return the contour of what the nodes stand for: of each triangle the third between a corner and the centroid."""
     load_modules("shapely")
     import shapely
 
-    corners = model.triangles[np.isin(model.triangles, model.free[nodes]).all(axis=1)]
-    if not len(corners):
-        return shapely.MultiPoint(np.column_stack([model.node_x[nodes], model.node_y[nodes]]))
-    return shapely.union_all(shapely.polygons(model.positions[corners]))
+    triangle, corner = np.nonzero(np.isin(model.triangles, model.free[nodes]))
+    place = model.positions[model.triangles[triangle]]
+    own, after, before = (place[np.arange(corner.size), (corner + k) % 3] for k in range(3))
+    thirds = np.stack([own, (own + after) / 2, (own + after + before) / 3, (own + before) / 2], axis=1)
+    return shapely.union_all(shapely.polygons(thirds), grid_size=_ROUNDING * max(model.extent))
 
 
 @contour_of.register(LineModel)
