@@ -293,6 +293,27 @@ def test_a_lattice_with_a_soft_frame_has_no_kernel_but_its_matrix_may_have():
         assert Fraction(float(lower)) <= gap <= Fraction(float(upper))
 
 
+@pytest.mark.parametrize("shift", [2.0**-39, -(2.0**-39)])
+def test_a_kernel_that_rounding_has_spoilt_certifies_nothing_where_it_holds_the_gap(shift):
+    """Row sums of 2e-12 count as zero; where the forces along the kernel are as small, another solution is near.
+
+    With the rows short by 2⁻³⁹ and nodes 1 and 3 pressed by 2⁻³⁶ in all, (5/2, 2, 3/2, 2) solves it as well.
+    """
+    ring = 2 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0)
+    weak = cq.ContactQP(ring - shift * np.eye(4), [-1.0, 0.0, 1.0 + 2.0**-36, 0.0], kernel="constant")
+    for gap in ([1.0, 0.5, 0.0, 0.5], cq.solve(weak, on_failure="ignore").gap):
+        with pytest.raises(ValueError, match="rounding leaves"):
+            cq.certify(weak, gap)
+    other = np.linalg.solve(weak.G.toarray(), -weak.q)
+    if shift > 0:
+        assert (other > 0).all()
+        assert other.max() < 3
+    strong = cq.ContactQP(ring - shift * np.eye(4), [-1.0, 0.0, 1.1, 0.0], kernel="constant")
+    assert cq.solve(strong).status == "certified"
+    exact = cq.ContactQP(ring, [-1.0, 0.0, 1.0 + 2.0**-36, 0.0], kernel="constant")
+    assert cq.solve(exact).status == "certified"
+
+
 def test_it_tells_what_it_is_and_can_be_pickled():
     problem = cq.ContactQP(RING, PRESSED, kernel="constant")
     assert repr(problem) == "ContactQP(4 unknowns, 12 nonzeros, singular M-matrix, kernel: constant)"

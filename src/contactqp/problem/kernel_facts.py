@@ -95,6 +95,11 @@ class KernelFacts(MatrixFacts):
 
         return int(csgraph.connected_components(self.stiffness.tocsr(), directed=False)[0])
 
+    @cached_property
+    def energy_left_in_kernel(self) -> float:
+        """See `Kernel.energy_left`."""
+        return self.kernel.energy_left(self.stiffness)
+
     @property
     def proven_semidefinite(self) -> bool:
         """Whether G is proven to be positive semidefinite, but for rounding in GK = 0."""
@@ -146,7 +151,10 @@ class KernelFacts(MatrixFacts):
         """See `MatrixFacts.why_nothing_is_proven`."""
         if not self.proven_semidefinite:
             return f"grounded, {self.grounded.why_nothing_is_proven}"
-        return "the answer is too far from the solution for nodes to be proven in contact that hold the kernel"
+        return (
+            "the answer is too far from the solution for nodes to be proven in contact that hold the kernel, or what "
+            f"rounding leaves of dᵀGd in the kernel, {self.energy_left_in_kernel:.2g} |d|², may hold other solutions"
+        )
 
     def mean_deflection(self, force: Vector) -> Vector:
         """Return the mean deflection that forces make where the grounds are held, shape (...)."""
