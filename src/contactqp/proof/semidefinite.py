@@ -20,9 +20,9 @@ vanishing, the stored G may be indefinite by as much, and ω̂ still solves the 
 be its only solution. Let ω̂ + d be another one. As above Σ_C |d_i||R*_i| ≤ -dᵀGd. Away from the kernel G resists, so
 that dᵀGd is hardly negative but for the part of d in the kernel, where it is at least -ε|d|²; and there the sum is at
 least ρ|d|, ρ the least length of R* d on C, entry by entry, over that of d. So d is longer than ρ/ε, to first order in
-what is left of GK. Nothing is certified unless that is a thousand times the length of gaps of the problem's scale at all
-nodes (`_FAR`): the enclosed solution is the one that is meant by a matrix whose last digits are rounded. Where GK = 0
-exactly, as of whole numbers, it is the only one.
+what is left of GK. Nothing is certified unless that is a thousand times (`_FAR`) the length of gaps of the problem's
+scale at all nodes: the enclosed solution is the one that is meant by a matrix whose last digits are rounded. Where
+GK = 0 exactly, as of whole numbers, it is the only one.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ class SemidefiniteMeasures(VectorMeasures):
             return True
         pressing = np.where(held, np.abs(problem.stiffness.matvec(self._gap) + problem.q), 0.0)
         size = max(problem.gap_scale, float(np.abs(self._gap).max())) * np.sqrt(problem.size)
-        return kernel.least_hold(pressing) >= _FAR * size * left
+        return bool(kernel.least_hold(pressing) >= _FAR * size * left)
 
     def _with_springs(self, springs: _Springs, sharp: bool) -> Certificate | None:
         problem, gap = self.problem, self._gap
