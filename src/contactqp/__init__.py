@@ -40,6 +40,7 @@ from .errors import (
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
 from .io.read_fields import read_field, read_mask
+from .io.surfaces import read_surface
 from .models.beam import Beam
 from .models.cable import Cable
 from .models.cable_net import CableNet
@@ -105,6 +106,7 @@ __all__ = [
     "read",
     "read_field",
     "read_mask",
+    "read_surface",
     "solve",
     "solve_many",
     "trace",
