@@ -34,6 +34,7 @@ def test_notebooks_are_found():
         "04_the_paper.ipynb",
         "05_cables_over_ground.ipynb",
         "06_load_paths_and_touchdown.ipynb",
+        "09_pipe_with_bending.ipynb",
         "10_design_and_inverse.ipynb",
     ]
 

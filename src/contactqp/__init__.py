@@ -13,8 +13,9 @@ Heights, deflections and loads are positive downwards.
 
 Models: `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, and `ContactQP` for a matrix of your own,
 `ContactLCP` for one that is not symmetric. Solving: `solve`, `solve_many`,
-`Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load). Proofs:
-`certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts it.
+`Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load), `refine`
+(finer meshes). Proofs: `certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts
+it.
 
 PYTEST_DONT_REWRITE: pytest marks all that a wheel with a plugin holds, and warns of what was imported too early.
 """
@@ -49,6 +50,8 @@ from .models.mesh_membrane import MeshMembrane
 from .models.plate import Plate
 from .paths.events import Events, events
 from .paths.load_path import LoadPath
+from .paths.march import march
+from .paths.time_history import TimeHistory
 from .paths.touchdown import Touchdown
 from .paths.trace import trace
 from .problem.contact_lcp import ContactLCP
@@ -59,6 +62,7 @@ from .proof.certify import certify
 from .proof.energy import complementary_energy, energy_bracket, feasible, potential_energy
 from .proof.residuals import Residuals
 from .proof.status import Status
+from .refinement.refine import Refinement, refine
 from .solving.loaded import load_solution
 from .solving.many import solve_many
 from .solving.solution import Solution
@@ -84,11 +88,13 @@ __all__ = [
     "MissingBackendError",
     "NotCertifiedError",
     "Plate",
+    "Refinement",
     "Residuals",
     "Solution",
     "Solver",
     "Status",
     "Stencil",
+    "TimeHistory",
     "Touchdown",
     "UnknownBackendError",
     "UnsuitableProblemError",
@@ -101,12 +107,14 @@ __all__ = [
     "feasible",
     "gallery",
     "load_solution",
+    "march",
     "potential_energy",
     "profiles",
     "read",
     "read_field",
     "read_mask",
     "read_surface",
+    "refine",
     "solve",
     "solve_many",
     "trace",

@@ -275,6 +275,24 @@ def test_a_lattice_with_a_frame_has_no_kernel():
         cq.ContactQP(cq.Stencil(np.ones((2, 2), dtype=bool), 1.0, 1.0), np.ones(4), kernel="constant")
 
 
+def test_a_lattice_with_a_soft_frame_has_no_kernel_but_its_matrix_may_have():
+    """As a lattice G consists of exact sums of arms, which the matrix with springs would round: bounds were false."""
+    rng = np.random.default_rng(0)
+    arms = rng.uniform(0.1, 1, (1, 13))
+    arms[0, 0], arms[0, -1] = 1e-14, 0.0
+    stencil = cq.Stencil(np.ones((1, 12), dtype=bool), arms, np.zeros((2, 12)))
+    q = rng.normal(size=12)
+    q[0] += 3 - q.sum()
+    with pytest.raises(ValueError, match=r"ends? on the frame.*pass the matrix, stencil.tocsr\(\)"):
+        cq.ContactQP(stencil, q, kernel="constant")
+    problem = cq.ContactQP(stencil.tocsr(), q, kernel="constant")
+    certificate = cq.certify(problem, cq.solve(problem).gap)
+    held = dict.fromkeys(np.flatnonzero(certificate.contact).tolist(), Fraction(0))
+    exact = _with_held_nodes(exact_matrix(problem), [Fraction(float(force)) for force in q], held)
+    for lower, gap, upper in zip(certificate.lower, exact, certificate.upper, strict=True):
+        assert Fraction(float(lower)) <= gap <= Fraction(float(upper))
+
+
 def test_it_tells_what_it_is_and_can_be_pickled():
     problem = cq.ContactQP(RING, PRESSED, kernel="constant")
     assert repr(problem) == "ContactQP(4 unknowns, 12 nonzeros, singular M-matrix, kernel: constant)"

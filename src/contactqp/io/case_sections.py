@@ -399,6 +399,8 @@ class _CaseInPlan(Section):
     """Distance of neighbouring nodes (length)."""
     origin: Point | None = None
     """A point of the lattice, x and y (length); by default one by which the frame fits, or (0, 0)."""
+    fitted: StrictBool = False
+    """Whether arms that the contour cuts end there, see `Frame.lattice`; not for a mask."""
     upwards: StrictBool = False
     """Whether heights are elevations, positive upwards."""
     crs: str = ""

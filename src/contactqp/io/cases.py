@@ -183,9 +183,15 @@ def _in_plan(case: MembraneCase | PlateCase, path: Path, *more: str) -> dict[str
     """Return the lattice of a membrane or a plate, and its fields: those of both, and more by name."""
     files = _Files(path)
     if isinstance(case.frame, MaskFile):
+        if getattr(case, "fitted", False):
+            raise CaseFileError(f"{path}: fitted = true needs a frame with a contour, and a mask has none")
         lattice = _masked(case, case.frame, files)
     else:
-        lattice = case.frame.build().in_crs(case.crs).lattice(case.spacing, case.origin)
+        lattice = (
+            case.frame.build()
+            .in_crs(case.crs)
+            .lattice(case.spacing, case.origin, fitted=getattr(case, "fitted", False))
+        )
     heights = {
         name: files.field(getattr(case, name), name, lattice, upwards=case.upwards)
         for name in ("support", "frame_height", "ceiling")

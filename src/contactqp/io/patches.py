@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..foundation.loading import load_modules
 from ..models.base import ContactModel
+from ..models.mesh_membrane import MeshMembrane
 from ..models.on_area import AreaModel
 from ..models.on_line import LineModel
 
@@ -89,6 +90,18 @@ def _squares(model: AreaModel, nodes: NDArray[np.intp]) -> Any:
     contour = shapely.union_all(shapely.box(column - 0.5, row - 0.5, column + 0.5, row + 0.5))
     origin = np.array(lattice.origin)
     return shapely.transform(shapely.simplify(contour, 0.0), lambda places: origin + lattice.spacing * places)
+
+
+@contour_of.register(MeshMembrane)
+def _triangles(model: MeshMembrane, nodes: NDArray[np.intp]) -> Any:
+    """Return the contour of the triangles between the nodes; where there are none, the nodes as points."""
+    load_modules("shapely")
+    import shapely
+
+    corners = model.triangles[np.isin(model.triangles, model.free[nodes]).all(axis=1)]
+    if not len(corners):
+        return shapely.MultiPoint(np.column_stack([model.node_x[nodes], model.node_y[nodes]]))
+    return shapely.union_all(shapely.polygons(model.positions[corners]))
 
 
 @contour_of.register(LineModel)

@@ -69,6 +69,12 @@ class KernelFacts(MatrixFacts):
     def require_definite(self) -> None:
         """Raise a ValueError if G is found to be not semidefinite, or its kernel another one than was given."""
         self.kernel.require_of(self.stiffness)
+        if self.stiffness.lattice is not None:
+            # Its arms' sums are exact in proofs, but not where it is assembled, as a matrix with springs is.
+            raise ValueError(
+                "kernel must consist of vectors k with G k = 0, but a lattice whose arms end on the frame or on the "
+                "ground has none, however soft these are; leave kernel out, or pass the matrix, stencil.tocsr()"
+            )
         if not self._kept.any():
             raise ValueError("G must have fewer kernel vectors than rows")
         try:

@@ -4,7 +4,7 @@ Gräser and Kornhuber, *Multigrid methods for obstacle problems*, J. Comput. Mat
 Gauss-Seidel finds the contact nodes; one linear multigrid cycle for the other nodes, which are unconstrained for the
 moment, takes away the smooth error; the correction is projected, and shortened by a line search where it
 could raise the energy. Every step lowers the energy, and the sweeps alone would converge, so the method does; where
-arms differ, some of the steps are excepted (see `_BOLD_STEPS`), and each ends in the plane of the last two steps.
+arms differ, one step may be excepted (see `_BOLD`), and each ends in the plane of the last two steps.
 """
 
 from __future__ import annotations
@@ -33,12 +33,11 @@ _DEPENDENT = 1e-10
 """Two directions are taken for one where the square of the sine between them is smaller."""
 
 _BOLD = 0.1
-_BOLD_STEPS = 10
-"""Steps that may be taken in full though the line search would leave less than a tenth of them.
+"""What the line search leaves of a step below which a bold one is taken instead.
 
 A stiff part moves as a whole. Where it is too high, and its lowest nodes are at their bounds already or next to them, a
 line search lets it move by nothing; a full step, projected, holds a good part of it, and the forces that are needed for
-that let go of most nodes at once, as in primal-dual active sets. After so many steps energy counts again.
+that let go of most nodes at once, as in primal-dual active sets. There is one such step: more of them go in circles.
 """
 
 _STALLING = 0.5
@@ -85,8 +84,8 @@ class ContactMultigrid:
         self.omega, self._next = lattice.layout.zeros(), lattice.layout.zeros()
         self.hierarchy = hierarchy_of(lattice, team)
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
-        self._kernels = lattice_kernels(lattice.varying)
-        self._exchange = exchange_kernels(lattice.varying, self.hierarchy.levels[0].plan.precision)
+        self._kernels = lattice_kernels(lattice.kind)
+        self._exchange = exchange_kernels(lattice.kind, self.hierarchy.levels[0].plan.precision)
         self._strips = team.strips(1, lattice.rows + 1, lattice.columns, _LEAST_STRIP)
         self._place = lattice.layout.runs, lattice.layout.row_start
         self._bounded_place = *limits, *self._place
@@ -95,7 +94,7 @@ class ContactMultigrid:
         self._sweeps = _SWEEPS
         self._careful = lattice.varying
         self._past: list[Grid] = []
-        self._bold_steps = _BOLD_STEPS if lattice.varying else 0
+        self._may_be_bold = lattice.varying
 
     def restart(self, q: Grid, limits: Limits, team: Team) -> None:
         """Go on with other forces and other values of the bounds, by the hierarchy of the last free nodes."""
@@ -105,7 +104,7 @@ class ContactMultigrid:
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
         self._sweeps, self._careful = _SWEEPS, self.lattice.varying
         self._past = []
-        self._bold_steps = _BOLD_STEPS if self.lattice.varying else 0
+        self._may_be_bold = self.lattice.varying
 
     def start(self, height: Grid, coarse_deflection: Grid) -> None:
         """Start from ``height`` less the interpolated deflection of the next coarser lattice."""
@@ -219,8 +218,8 @@ class ContactMultigrid:
         if slope + curvature <= 0 or curvature <= 0:
             return 1.0
         damping = max(0.0, -slope / curvature)
-        if damping < _BOLD and self._bold_steps > 0:
-            self._bold_steps -= 1
+        if damping < _BOLD and self._may_be_bold:
+            self._may_be_bold = False
             self._past = []
             return 1.0
         self._next -= self.omega

@@ -1,0 +1,1 @@
+"""Refinement: one model on finer and finer meshes, towards the free boundary."""
