@@ -41,6 +41,7 @@ from .errors import (
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
 from .io.read_fields import read_field, read_mask
+from .io.surfaces import read_surface
 from .models.beam import Beam
 from .models.cable import Cable
 from .models.cable_net import CableNet
@@ -112,6 +113,7 @@ __all__ = [
     "read",
     "read_field",
     "read_mask",
+    "read_surface",
     "refine",
     "solve",
     "solve_many",
