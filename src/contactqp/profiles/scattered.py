@@ -152,7 +152,7 @@ class Scattered(Profile):
             raise ValueError(f"{path}: {error}") from None
 
     def _set_up(self) -> None:
-        load_modules("scipy.interpolate", "scipy.spatial")
+        load_modules("scipy.spatial")
         from scipy.spatial import ConvexHull, Delaunay, QhullError
 
         if self.x.size < 3:
@@ -242,6 +242,7 @@ class Scattered(Profile):
 
 
 def _interpolator(kind: str, places: Vector, triangles: Any, depth: Vector) -> Callable[[Vector], Vector]:
+    load_modules("scipy.interpolate")
     from scipy.interpolate import CloughTocher2DInterpolator, LinearNDInterpolator, NearestNDInterpolator
 
     kinds: dict[str, Callable[[], Any]] = {
