@@ -85,11 +85,12 @@ def draw(rows, path):
 
     figure = new_figure(7, 4.6)
     axes = figure.subplots()
-    for (kind, found), colour in zip(rows.items(), (BLUE, CONTACT), strict=True):
+    beside = ((BLUE, (-6, -9), "right"), (CONTACT, (5, 4), "left"))
+    for (kind, found), (colour, shift, side) in zip(rows.items(), beside, strict=True):
         nodes, distances, _, seconds = zip(*found, strict=True)
         axes.loglog(seconds, distances, "o-", color=colour, label=kind)
         for count, distance, second in zip(nodes, distances, seconds, strict=True):
-            place = {"xytext": (5, 4), "textcoords": "offset points", "fontsize": "x-small"}
+            place = {"xytext": shift, "textcoords": "offset points", "fontsize": "x-small", "ha": side}
             axes.annotate(f"{count:,}", (second, distance), color=colour, **place)
     axes.plot(VIAMR["seconds"], VIAMR["distance"], "*", ms=12, color=INK, label="VIAMR, 17,447 vertices, as published")
     axes.set(xlabel="seconds of processor time", ylabel="Hausdorff distance of the free boundary")
@@ -100,13 +101,13 @@ def draw(rows, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--squares", type=int, nargs="+", default=[128, 256, 512, 1024, 1536])
+    parser.add_argument("--squares", type=int, nargs="+", default=[128, 256, 512, 1024, 1600])
     parser.add_argument("--targets", type=float, nargs="+", default=[0.08, 0.03, 0.012, 0.006, 0.003])
     parser.add_argument("--repeat", type=int, default=2)
     parser.add_argument("--plot")
     arguments = parser.parse_args()
     warnings.simplefilter("ignore", cq.ContactWarning)
-    for solve, size in ((on_lattice, 128), (on_mesh, 0.03)):
+    for solve, size in ((on_lattice, max(arguments.squares)), (on_mesh, min(arguments.targets))):
         solve(size)  # loads libraries and compiles kernels
     runs = {"uniform lattice": (on_lattice, arguments.squares), "refined mesh": (on_mesh, arguments.targets)}
     rows = {}

@@ -7,30 +7,34 @@ older source left under the name that a new result is about to get. So tests tha
 import sys
 from importlib import import_module
 from itertools import product
+from typing import get_args
 
 PRECISIONS = ("float32", "float64")
 
 
 def lattice():
-    from contactqp.methods.multigrid import lattice_kernels
+    from contactqp.methods.multigrid import galerkin_kernels, lattice_kernels
 
-    import_module("contactqp.methods.multigrid.galerkin_kernels")
-    for varying in (False, True):
-        lattice_kernels.lattice_kernels(varying)
+    for kind in get_args(lattice_kernels.ArmKind):
+        if kind != "varying":
+            galerkin_kernels.coarsen_lattice(kind)
+        lattice_kernels.lattice_kernels(kind)
         for precision in PRECISIONS:
-            lattice_kernels.exchange_kernels(varying, precision)
+            lattice_kernels.exchange_kernels(kind, precision)
 
 
 def others():
     from contactqp.methods.amg import aggregation
     from contactqp.methods.multigrid import level_kernels, weighted_kernels
+    from contactqp.proof import lattice_measure_kernels
 
     for module in (
         *("algebra.band_kernels", "algebra.conductance_kernels", "geometry.numbering_kernels"),
         *("methods.active_set.case_kernels", "methods.amg.sparse_kernels", "methods.sor.kernels"),
-        "proof.lattice_measure_kernels",
     ):
         import_module(f"contactqp.{module}")
+    for springs in (False, True):
+        lattice_measure_kernels.passes(springs)
     aggregation._compiled()
     weighted_kernels.weighted_kernels()
     for own, coarser in product(PRECISIONS, repeat=2):

@@ -41,6 +41,7 @@ from .errors import (
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
 from .io.read_fields import read_field, read_mask
+from .io.surfaces import read_surface
 from .models.beam import Beam
 from .models.cable import Cable
 from .models.cable_net import CableNet
@@ -49,6 +50,8 @@ from .models.mesh_membrane import MeshMembrane
 from .models.plate import Plate
 from .paths.events import Events, events
 from .paths.load_path import LoadPath
+from .paths.march import march
+from .paths.time_history import TimeHistory
 from .paths.touchdown import Touchdown
 from .paths.trace import trace
 from .problem.contact_lcp import ContactLCP
@@ -91,6 +94,7 @@ __all__ = [
     "Solver",
     "Status",
     "Stencil",
+    "TimeHistory",
     "Touchdown",
     "UnknownBackendError",
     "UnsuitableProblemError",
@@ -103,11 +107,13 @@ __all__ = [
     "feasible",
     "gallery",
     "load_solution",
+    "march",
     "potential_energy",
     "profiles",
     "read",
     "read_field",
     "read_mask",
+    "read_surface",
     "refine",
     "solve",
     "solve_many",

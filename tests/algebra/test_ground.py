@@ -39,7 +39,9 @@ def test_what_it_does_is_what_its_matrix_does(case):
     np.testing.assert_allclose(stencil.modulus_matvec(np.abs(x)), np.abs(x) @ np.abs(matrix), rtol=1e-12)
     np.testing.assert_array_equal(stencil.diagonal(), np.diag(matrix))
     np.testing.assert_allclose(stencil.scaled(2.0).tocsr().toarray(), 2 * matrix)
-    np.testing.assert_allclose(stencil.tensioned(2.0).tocsr().toarray(), 2 * without + np.diag(springs), rtol=1e-14)
+    np.testing.assert_allclose(
+        stencil.scaled(2.0).on_ground(stencil.ground).tocsr().toarray(), 2 * without + np.diag(springs), rtol=1e-14
+    )
     height = stencil.numbering.to_grid(x[0], ring=1)
     np.testing.assert_allclose(stencil.pull(height), matrix @ x[0], rtol=1e-10, atol=1e-12 * matrix.max())
     free = rng.uniform(size=stencil.size) < 0.7

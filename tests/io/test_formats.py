@@ -122,7 +122,7 @@ def test_a_bad_answer_is_written_and_read(tmp_path):
     ("change", "told"),
     [
         (lambda data: data.attrs.pop("contactqp_model"), "must tell its model by the attribute contactqp_model"),
-        (lambda data: data.attrs.update(contactqp_model="plate"), "it has 'plate'"),
+        (lambda data: data.attrs.update(contactqp_model="shell"), "it has 'shell'"),
         (lambda data: data.attrs.pop("spacing"), "it tells of a membrane, but has no 'spacing'"),
         (lambda data: data.attrs.update(tension=-1.0), "tension must be"),
     ],
@@ -406,3 +406,15 @@ def test_a_mesh_of_triangles_as_ugrid_has_it(tmp_path):
         assert not whole.isnull().any()
         np.testing.assert_array_equal(whole[model.free], solution.deflection)
         np.testing.assert_array_equal(data["fixed"].values.astype(bool), np.isin(np.arange(len(x)), model.fixed))
+
+
+def test_the_contour_of_a_patch_on_a_mesh_is_that_of_its_nodes_parts_of_triangles(tmp_path):
+    points, corners = obtuse_rings(8)
+    model = cq.MeshMembrane(points, corners, 1.0, load=4.0, support=0.4)
+    solution = cq.solve(model)
+    [feature] = json.loads(solution.save(tmp_path / "patch.geojson").read_text())["features"]
+    contour = shapely.geometry.shape(feature["geometry"])
+    assert contour.area == pytest.approx(model.node_area[solution.contact].sum())
+    assert contour.geom_type == "Polygon"
+    covered = shapely.contains(contour, shapely.points(model.node_x, model.node_y))
+    np.testing.assert_array_equal(covered, solution.contact)

@@ -197,7 +197,7 @@ def test_the_limit_can_be_set(monkeypatch):
         (".".join(['"a"'] * 5000) + " = 1", "a key of more than 16 parts"),
         ("[" + ".".join("a" * 5000) + "]", "a key of more than 16 parts"),
         ("a" * 900_000 + " = 1", "and 3 more"),
-        (toml(MEMBRANE, **{"a" * 900_000: "1"}), "aaa…: unknown key; known: model, title, frame"),
+        (toml(MEMBRANE, **{"a" * 900_000: "1"}), "aaa…: unknown key; known: title, frame"),
         (toml(MEMBRANE, **{f"k{k}": "1" for k in range(5000)}), "and 4997 more"),
         ("#" * 2_000_000, "more than 1,000,000 bytes"),
         ('"""' + '\\"""' * 100_000, "not a TOML file"),

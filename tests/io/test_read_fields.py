@@ -123,8 +123,8 @@ def test_what_is_written_is_read_by_name(tmp_path):
         ("0 0 1\n1 0 1\n0 0 2\n", "2 values at x = 0, y = 0; leave one"),
         ("0 0 1\n1 0 1\n1.3 0 2\n", "no grid of equal steps along x"),
         ("x y z w\n0 0 1 1\n", "choose one of its columns by key: z, w"),
-        ("0 0\n", "cannot read it"),
-        ("", "it holds no numbers"),
+        ("0 0\n", "line 1: no column 2, it has 2 columns"),
+        ("", "it has no rows"),
         ("0 0 1\n1 0 1\n0 1 1\n1 1 1\n", r"from x = 0 to 1, but nodes lie from 0.5 to 3.5"),
     ],
 )

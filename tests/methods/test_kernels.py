@@ -9,6 +9,7 @@ from strategies import bounds, lattice_masks
 import contactqp as cq
 from contactqp.algebra.stencil import Stencil
 from contactqp.geometry.numbering import Layout, Numbering
+from contactqp.geometry.runs import HELD, STIFF
 from contactqp.methods.sor.relaxation import AdaptiveRelaxation, best_factor
 from contactqp.methods.sor.sweepers import LatticeSweeper, SparseSweeper
 
@@ -72,11 +73,18 @@ def test_red_black_order_by_hand():
 
 def test_runs_by_hand():
     mask = np.array([[True, False, True, True], [False, False, False, False], [True, True, True, True]])
-    np.testing.assert_array_equal(Layout(mask).runs, [[1, 1, 2, 0, 1], [1, 3, 5, 1, 1], [3, 1, 5, 3, 1]])
+    np.testing.assert_array_equal(Layout(mask).runs, [[1, 1, 2, 0, 1, 0], [1, 3, 5, 1, 1, 0], [3, 1, 5, 3, 1, 0]])
     supported = np.array([[True, False, True, False], [False] * 4, [True, False, False, True]])
-    kinds = [[1, 1, 2, 0, 1], [1, 3, 4, 1, 1], [1, 4, 5, 2, 0], [3, 1, 2, 3, 1], [3, 2, 4, 4, 0], [3, 4, 5, 6, 1]]
+    kinds = [
+        *([1, 1, 2, 0, 1, 0], [1, 3, 4, 1, 1, 0], [1, 4, 5, 2, 0, 0]),
+        *([3, 1, 2, 3, 1, 0], [3, 2, 4, 4, 0, 0], [3, 4, 5, 6, 1, 0]),
+    ]
     np.testing.assert_array_equal(Layout(mask, supported.astype(np.uint8)).runs, kinds)
     np.testing.assert_array_equal(Layout(mask).row_start, [0, 0, 2, 2, 3, 3])
+    held = np.zeros((3, 4), dtype=np.uint8)
+    held[2, 1:3], held[0, 1] = STIFF, HELD  # a point that is no node is not held
+    holds = [[1, 1, 2, 0, 1, 0], [1, 3, 5, 1, 1, 0], [3, 1, 2, 3, 1, 0], [3, 2, 4, 4, 1, 2], [3, 4, 5, 6, 1, 0]]
+    np.testing.assert_array_equal(Layout(mask).with_holds(held).runs, holds)
 
 
 @given(

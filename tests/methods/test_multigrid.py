@@ -118,7 +118,7 @@ def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
         for i in np.flatnonzero((rows + columns) % 2 == half % 2):
             value = expected[i] - (matrix[i] @ expected + problem.q[i]) / matrix[i, i]
             expected[i] = min(problem.upper[i], max(problem.lower[i], value))
-    sweep = lattice_kernels(lattice.varying).sweep
+    sweep = lattice_kernels(lattice.kind).sweep
     limits = problem.bound_grids()
     arguments = omega, layout.grid(problem.q), *lattice.stiffnesses, *limits, layout.runs, layout.row_start
     middle = 1 + lattice.rows // 2
@@ -146,19 +146,20 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
     plan = first.plan
     coarse = np.zeros((plan.rows + 2, plan.columns + 2), dtype=precision)
     slope = 0.3
-    changes, worst = exchange_kernels(lattice.varying, precision).restrict_residual(
+    changes, worst = exchange_kernels(lattice.kind, precision).restrict_residual(
         layout.grid(gap), layout.grid(problem.q), *lattice.stiffnesses, *problem.bound_grids(), layout.runs,
         layout.row_start, hierarchy.free, hierarchy.changed, coarse, *first.factors, first.exchange_weights, slope,
         1, plan.rows + 1,
     )  # fmt: skip
     reaction = problem.reaction(gap)
     free = (gap > problem.lower) & (gap < problem.upper)
+    marks = lattice.marks()[layout.mask]
     grid = np.zeros(layout.mask.shape)
-    grid[layout.mask] = np.where(free, -reaction, 0.0)
+    grid[layout.mask] = np.where(free & (marks > 0), -reaction, 0.0)
     expected = interpolation(hierarchy.levels[0], lattice.rows, lattice.columns).T @ grid.ravel()
     np.testing.assert_allclose(coarse[1:-1, 1:-1].ravel(), expected, atol=1e-5 if precision == "float32" else 1e-12)
-    assert changes == np.count_nonzero(~free)
-    np.testing.assert_array_equal(hierarchy.free[1:-1, 1:-1][layout.mask], free)
+    assert changes == np.count_nonzero(~free & (marks > 0))
+    np.testing.assert_array_equal(hierarchy.free[1:-1, 1:-1][layout.mask], free * marks)
     hierarchy.changed[:] = 0
     again = gap.copy()
     flip = int(rng.integers(0, problem.size))
@@ -168,12 +169,12 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
     if not np.isfinite(low):
         again[flip] = bound if free[flip] and np.isfinite(bound) else min(high, 0.0) - 1.0
     now_free = low < again[flip] < high
-    changes, _ = exchange_kernels(lattice.varying, precision).restrict_residual(
+    changes, _ = exchange_kernels(lattice.kind, precision).restrict_residual(
         layout.grid(again), layout.grid(problem.q), *lattice.stiffnesses, *problem.bound_grids(), layout.runs,
         layout.row_start, hierarchy.free, hierarchy.changed, coarse, *first.factors, first.exchange_weights, slope,
         1, plan.rows + 1,
     )  # fmt: skip
-    assert changes == (now_free != free[flip])
+    assert changes == (now_free != free[flip] and marks[flip] > 0)
     assert np.flatnonzero(hierarchy.changed).tolist() == [np.nonzero(layout.mask)[0][flip] + 1] * changes
     upwards = np.minimum(-reaction, slope * (problem.upper - gap))
     violation = np.maximum(upwards, np.minimum(reaction, slope * (gap - problem.lower)))
@@ -185,15 +186,16 @@ def test_the_residual_is_restricted_by_the_transpose_of_interpolation(case, prec
 def test_coarse_operators_are_galerkin_products_of_the_truncated_operator(case):
     lattice, problem, rng = case
     hierarchy = hierarchy_of(lattice, Team(1))
-    active = rng.uniform(size=problem.size) < 0.8
-    hierarchy.free[1:-1, 1:-1][lattice.layout.mask] = active
+    marks = lattice.marks()[lattice.layout.mask]
+    active = (rng.uniform(size=problem.size) < 0.8) & (marks > 0)
+    hierarchy.free[1:-1, 1:-1][lattice.layout.mask] = active * marks
     hierarchy.changed[:] = 1
     hierarchy.update()
     # Then in one row, so that only what depends on it is computed anew.
     rows = np.nonzero(lattice.layout.mask)[0]
     row = rng.integers(0, lattice.rows)
-    active = np.where(rows == row, rng.uniform(size=problem.size) < 0.5, active)
-    hierarchy.free[1:-1, 1:-1][lattice.layout.mask] = active
+    active = np.where(rows == row, (rng.uniform(size=problem.size) < 0.5) & (marks > 0), active)
+    hierarchy.free[1:-1, 1:-1][lattice.layout.mask] = active * marks
     hierarchy.changed[row + 1] = 1
     hierarchy.update()
     truncated = np.zeros((lattice.rows * lattice.columns,) * 2)
@@ -276,7 +278,7 @@ def test_corrections_are_projected_and_the_line_search_knows_the_energy(case):
     plan = first.plan
     coarse = np.zeros((plan.rows + 2, plan.columns + 2))
     coarse[1:-1, 1:-1] = rng.normal(size=(plan.rows, plan.columns))
-    cut = exchange_kernels(lattice.varying, "float64").correct(
+    cut = exchange_kernels(lattice.kind, "float64").correct(
         omega, corrected, coarse, *first.factors, first.exchange_weights, *problem.bound_grids(), layout.runs,
         layout.row_start, 1, lattice.rows + 1,
     )  # fmt: skip
@@ -284,11 +286,11 @@ def test_corrections_are_projected_and_the_line_search_knows_the_energy(case):
         layout.mask.shape
     )
     free = (gap > problem.lower) & (gap < problem.upper)
-    wanted = gap + np.where(free, step[layout.mask], 0.0)
+    wanted = gap + np.where(free & (lattice.marks()[layout.mask] > 0), step[layout.mask], 0.0)
     expected = problem.project(wanted)
     np.testing.assert_allclose(layout.vector(corrected), expected, atol=1e-13)
     assert cut == np.count_nonzero((wanted < problem.lower) | (wanted > problem.upper))
-    slope, curvature = lattice_kernels(lattice.varying).energy_slope(
+    slope, curvature = lattice_kernels(lattice.kind).energy_slope(
         omega,
         corrected,
         layout.grid(problem.q),

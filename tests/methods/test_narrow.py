@@ -185,3 +185,13 @@ def test_an_interior_point_keeps_off_its_bounds_and_lets_its_products_fall():
         assert ((upper - high) - low > 0).all()
     assert point.reduction < 1e-8
     assert (point.held[0] | point.held[1]).any()
+
+
+def test_an_interior_point_at_rest_goes_nowhere():
+    """Without bounds no product of distance and reaction is left to be reduced."""
+    band = NarrowBand(np.array([[2.0, -1.0], [2.0, -1.0], [2.0, 0.0]]))
+    point = InteriorPoint(band, np.ones(3), np.full(3, -np.inf), np.full(3, np.inf))
+    before = point.omega[0].copy()
+    assert point.at_rest
+    point.step()
+    assert point.omega[0].tolist() == before.tolist()

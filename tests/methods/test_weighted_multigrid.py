@@ -147,11 +147,11 @@ def test_the_plane_of_two_steps_has_the_energy_that_it_says(mask, seed):
     size = stencil.size
     lower, upper = np.full(size, -1.0), np.full(size, 1.0)
     problem = cq.ContactQP(stencil, rng.normal(size=size), lower, upper)
-    layout = problem.layout
-    lattice = arms_of(problem.stencil, layout)
+    lattice = arms_of(problem.stencil, problem.layout)
+    layout = lattice.layout
     vectors = [problem.project(rng.normal(size=size)) for _ in range(3)]
     gap, before, older = (layout.grid(vector) for vector in vectors)
-    kernels, place, rows = lattice_kernels(True), (layout.runs, layout.row_start), (1, lattice.rows + 1)
+    kernels, place, rows = lattice_kernels(lattice.kind), (layout.runs, layout.row_start), (1, lattice.rows + 1)
     limits = problem.bound_grids()
     kernels.directions(gap, before, older, *limits, *place, *rows)
     free = (vectors[0] > lower) & (vectors[0] < upper)

@@ -82,7 +82,9 @@ def test_violations_are_found_where_nothing_is_promised():
     assert path.findings[0].startswith("the gap grows between load 1 and 2, by at least 0.17 at node 1")
     assert path.findings[1].startswith("1 node(s) lift off between load 1 and 2, the first node 1")
     assert "nothing else was promised" in repr(path)
-    with pytest.raises(ValueError, match="touchdown loads need a load that nowhere pulls upwards"):
+    with pytest.raises(
+        ValueError, match="touchdown loads need a path that is promised to be monotone, but the load also pulls upwards"
+    ):
         path.touchdown()
 
 

@@ -275,6 +275,45 @@ def test_a_lattice_with_a_frame_has_no_kernel():
         cq.ContactQP(cq.Stencil(np.ones((2, 2), dtype=bool), 1.0, 1.0), np.ones(4), kernel="constant")
 
 
+def test_a_lattice_with_a_soft_frame_has_no_kernel_but_its_matrix_may_have():
+    """As a lattice G consists of exact sums of arms, which the matrix with springs would round: bounds were false."""
+    rng = np.random.default_rng(0)
+    arms = rng.uniform(0.1, 1, (1, 13))
+    arms[0, 0], arms[0, -1] = 1e-14, 0.0
+    stencil = cq.Stencil(np.ones((1, 12), dtype=bool), arms, np.zeros((2, 12)))
+    q = rng.normal(size=12)
+    q[0] += 3 - q.sum()
+    with pytest.raises(ValueError, match=r"ends? on the frame.*pass the matrix, stencil.tocsr\(\)"):
+        cq.ContactQP(stencil, q, kernel="constant")
+    problem = cq.ContactQP(stencil.tocsr(), q, kernel="constant")
+    certificate = cq.certify(problem, cq.solve(problem).gap)
+    held = dict.fromkeys(np.flatnonzero(certificate.contact).tolist(), Fraction(0))
+    exact = _with_held_nodes(exact_matrix(problem), [Fraction(float(force)) for force in q], held)
+    for lower, gap, upper in zip(certificate.lower, exact, certificate.upper, strict=True):
+        assert Fraction(float(lower)) <= gap <= Fraction(float(upper))
+
+
+@pytest.mark.parametrize("shift", [2.0**-39, -(2.0**-39)])
+def test_a_kernel_that_rounding_has_spoilt_certifies_nothing_where_it_holds_the_gap(shift):
+    """Row sums of 2e-12 count as zero; where the forces along the kernel are as small, another solution is near.
+
+    With the rows short by 2⁻³⁹ and nodes 1 and 3 pressed by 2⁻³⁶ in all, (5/2, 2, 3/2, 2) solves it as well.
+    """
+    ring = 2 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0)
+    weak = cq.ContactQP(ring - shift * np.eye(4), [-1.0, 0.0, 1.0 + 2.0**-36, 0.0], kernel="constant")
+    for gap in ([1.0, 0.5, 0.0, 0.5], cq.solve(weak, on_failure="ignore").gap):
+        with pytest.raises(ValueError, match="rounding leaves"):
+            cq.certify(weak, gap)
+    other = np.linalg.solve(weak.G.toarray(), -weak.q)
+    if shift > 0:
+        assert (other > 0).all()
+        assert other.max() < 3
+    strong = cq.ContactQP(ring - shift * np.eye(4), [-1.0, 0.0, 1.1, 0.0], kernel="constant")
+    assert cq.solve(strong).status == "certified"
+    exact = cq.ContactQP(ring, [-1.0, 0.0, 1.0 + 2.0**-36, 0.0], kernel="constant")
+    assert cq.solve(exact).status == "certified"
+
+
 def test_it_tells_what_it_is_and_can_be_pickled():
     problem = cq.ContactQP(RING, PRESSED, kernel="constant")
     assert repr(problem) == "ContactQP(4 unknowns, 12 nonzeros, singular M-matrix, kernel: constant)"

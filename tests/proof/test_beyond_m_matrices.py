@@ -165,6 +165,19 @@ def test_the_smallest_eigenvalue_is_bounded_in_any_unit(size, monkeypatch):
     assert 0.5 * exact < least.bound < exact
 
 
+def test_the_rounding_of_a_reaction_that_presses_is_not_out_of_balance():
+    """A beam of 120 nodes, condition 1e8: all numbers are whole, and so is the solution."""
+    size = 120
+    beam = 6 * np.eye(size) - 4 * np.eye(size, k=1) - 4 * np.eye(size, k=-1) + np.eye(size, k=2) + np.eye(size, k=-2)
+    gap = np.where(np.arange(size) % 9 == 4, 0.0, np.arange(size) * 7 % 11 + 1.0)
+    for upper in (np.inf, 12.0):
+        problem = cq.ContactQP(beam, np.where(gap == 0, 0.7, 0.0) - beam @ gap, upper=upper)
+        certificate = cq.certify(problem, gap)
+        assert certificate.barrier == "smallest eigenvalue"
+        assert certificate.gap_bound < 1e-13
+        assert not certificate.undecided.any()
+
+
 def test_nothing_is_claimed_where_nothing_is_known(monkeypatch):
     monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     problem = cq.ContactQP(FULL, [-1.0, 0.0, 0.0])

@@ -161,6 +161,28 @@ class Kernel:
     def _orthonormal(self) -> NDArray[np.float64]:
         return np.asarray(np.linalg.qr(self.vectors / np.abs(self.vectors).max(axis=0))[0])
 
+    def energy_left(self, stiffness: Stiffness) -> float:
+        """Return the largest modulus of dᵀGd, d of length one in the kernel: 0 where GK = 0, else what rounding leaves.
+
+        Examples
+        --------
+        >>> from contactqp.algebra.sparse import SparseStiffness
+        >>> kernel = Kernel.of("constant", 2)
+        >>> kernel.energy_left(SparseStiffness.of([[1.0, -1.0], [-1.0, 1.0]]))
+        0.0
+        >>> round(kernel.energy_left(SparseStiffness.of([[1.5, -1.0], [-1.0, 1.5]])), 9)
+        0.5
+        """
+        vectors = np.ascontiguousarray((self.vectors / np.abs(self.vectors).max(axis=0)).T)
+        none = np.zeros(len(self.vectors))
+        left = vectors @ np.array([stiffness.accurate_product(vector, none, none)[0] for vector in vectors]).T
+        shortest = float(np.linalg.svd(vectors, compute_uv=False).min())
+        return float(np.linalg.norm(left, 2)) / shortest**2
+
+    def least_hold(self, springs: Vector) -> float:
+        """Return the least length of ``springs`` times d, entry by entry, for a d of length one in the kernel."""
+        return float(np.linalg.svd(springs[:, None] * self._orthonormal, compute_uv=False).min())
+
     def held_by(self, held: Mask) -> bool:
         """Whether no vector of the kernel but zero vanishes at all the nodes that are held."""
         if self.size == 1:

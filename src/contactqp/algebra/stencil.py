@@ -106,7 +106,10 @@ class Stencil(LatticeStiffness):
     @property
     def largest_diagonal(self) -> float:
         """Largest diagonal entry of G."""
-        return self._joined_arms() if self.uniform else float(self.diagonal().max())
+        if self.even:
+            springs = self.ground if self.ground.ndim == 0 else self.ground.max(where=self.mask, initial=0.0)
+            return self._joined_arms() + float(springs)
+        return float(self.diagonal().max())
 
     @property
     def finite(self) -> bool:
@@ -117,9 +120,9 @@ class Stencil(LatticeStiffness):
         """Return the stencil whose arms are all ``factor`` times as stiff."""
         return Stencil._of(self.numbering, self.horizontal * factor, self.vertical * factor, self.ground * factor)
 
-    def tensioned(self, factor: float) -> Stencil:
-        """Return the stencil whose arms are all ``factor`` times as stiff, but for those that end on the ground."""
-        return Stencil._of(self.numbering, self.horizontal * factor, self.vertical * factor, self.ground)
+    def on_ground(self, ground: Any) -> Stencil:
+        """Return the stencil with other arms to the ground, a number or an array, which is not checked."""
+        return Stencil._of(self.numbering, self.horizontal, self.vertical, ground)
 
     @classmethod
     def _of(cls, numbering: Numbering, horizontal: _Grid, vertical: _Grid, ground: _Grid) -> Stencil:
@@ -133,7 +136,7 @@ class Stencil(LatticeStiffness):
         return stencil
 
     def _refuse_extremes(self) -> None:
-        if not self._least_diagonal() > 0:
+        if not (self.even and self._joined_arms() > 0) and not self._least_diagonal() > 0:
             raise ValueError("every node needs at least one arm of positive stiffness")
         if not self.finite:
             raise ValueError(
@@ -145,6 +148,10 @@ class Stencil(LatticeStiffness):
         """Return the diagonal of G, shape (size,), force per length."""
         if self.uniform:
             return np.full(self.size, self._joined_arms())
+        if self.even:
+            with np.errstate(over="ignore"):
+                springs = np.broadcast_to(self.ground, self.mask.shape)
+                return np.asarray(self._joined_arms() + self.numbering.to_vector(springs))
         west, east, south, north = self.weights()
         with np.errstate(over="ignore"):
             joined = (west + east) + (south + north)

@@ -75,6 +75,11 @@ class Stiffness(ABC):
         return self.lattice if self.lattice is not None and self.lattice.uniform else None
 
     @property
+    def rimmed_lattice(self) -> LatticeStiffness | None:
+        """The same, where nodes beside the frame may be held more firmly."""
+        return self.lattice if self.lattice is not None and self.lattice.rimmed else None
+
+    @property
     def surplus(self) -> csr_array | None:
         """The positive off-diagonal entries that count as zero because they are no more than rounding; None for none.
 
@@ -219,9 +224,27 @@ class LatticeStiffness(Stiffness):
         return self.numbering.layout
 
     @property
+    def even(self) -> bool:
+        """Whether all horizontal arms are equal, and all vertical ones."""
+        return self.horizontal.ndim == 0 and self.vertical.ndim == 0
+
+    @property
     def uniform(self) -> bool:
-        """Whether all horizontal arms are equal, and all vertical ones, and none ends on the ground."""
-        return self.horizontal.ndim == 0 and self.vertical.ndim == 0 and not self.grounded
+        """Whether the stiffness is `even`, and no arm ends on the ground."""
+        return self.even and not self.grounded
+
+    @cached_property
+    def rimmed(self) -> bool:
+        """Whether the stiffness is `even`, and arms end on the ground at nodes beside the frame alone, or at none."""
+        if not self.even:
+            return False
+        if not self.grounded:
+            return True
+        if self.ground.ndim == 0:
+            return False
+        node = np.pad(self.mask, 1)
+        inside = node[1:-1, :-2] & node[1:-1, 2:] & node[:-2, 1:-1] & node[2:, 1:-1]
+        return not self.ground.any(where=inside & self.mask)
 
     @cached_property
     def grounded(self) -> bool:

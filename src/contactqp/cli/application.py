@@ -6,10 +6,12 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from typer.core import TyperGroup
 
 from .._version import __version__
+from ..foundation.checks import Vector
 from ..foundation.files import require_writable
 from ..foundation.interrupts import INTERRUPTED, ended_by_interrupts
 
@@ -89,6 +91,31 @@ class Quantity(StrEnum):
 
     GAP = "gap"
     DEFLECTION = "deflection"
+
+
+class Method(StrEnum):
+    """How a step in time is made."""
+
+    CRANK_NICOLSON = "crank-nicolson"
+    EULER = "euler"
+
+
+def times_told(text: str) -> Vector:
+    """Return the times that were typed: numbers separated by commas, or START:STOP:STEPS.
+
+    Raises
+    ------
+    ValueError
+        If they are neither.
+    """
+    try:
+        if ":" in text:
+            start, stop, steps = text.split(":")
+            return np.linspace(float(start), float(stop), int(steps) + 1)
+        return np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        wanted = "numbers separated by commas, as 0,0.5,1, or START:STOP:STEPS, as 0:10:100"
+        raise ValueError(f"--times must be {wanted}, got {text!r}") from None
 
 
 def tolerance(text: str) -> float | str:

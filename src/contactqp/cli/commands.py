@@ -1,4 +1,4 @@
-"""The command line: ``contactqp compare``, ``solve``, ``certify``, ``new``, ``schema``, ``paper``, ``backends``."""
+"""The command line: ``contactqp compare``, ``solve``, ``march``, ``certify``, ``new``, ``schema``, ``backends``, ..."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ from .application import (
     EXIT_OK,
     PICTURES,
     Case,
+    Method,
     Plot,
     Quantity,
     RowsOfAnswer,
     TimeLimit,
     Tol,
     check_output,
+    times_told,
     tolerance,
 )
 from .application import (
@@ -123,6 +125,65 @@ def solve(
         solution.plot(title=_headed(title, headline(solution))).savefig(plot, dpi=150)
         typer.echo(f"picture: {plot}")
     raise typer.Exit(EXIT_OK if solution.status.ok else EXIT_NOT_CERTIFIED)
+
+
+@app.command()
+def march(
+    case: Case,
+    times: Annotated[
+        str,
+        typer.Option(
+            help="Times, that of the initial state first: numbers separated by commas, or START:STOP:STEPS.",
+            show_default=False,
+        ),
+    ],
+    damping: Annotated[
+        float, typer.Option(help="Force per area (cable: per length) and velocity, > 0.", show_default=False)
+    ],
+    method: Annotated[Method, typer.Option(help="How a step is made.")] = Method.CRANK_NICOLSON,
+    backend: Annotated[str, typer.Option(help="Name of the backend, see 'contactqp backends'.")] = "auto",
+    tol: Tol = "1e-8",
+    out: Annotated[Path | None, typer.Option(help="Write all times (.nc).", show_default=False)] = None,
+    checkpoint: Annotated[
+        Path | None,
+        typer.Option(help="Keep every step in this file (.nc), and go on from it.", show_default=False),
+    ] = None,
+    film: Annotated[
+        Path | None, typer.Option(help="Write a film (.gif, .html; .mp4 by ffmpeg).", show_default=False)
+    ] = None,
+    plot: Plot = None,
+) -> None:
+    """Let CASE move in time from its frame's plane, its nodes damped.
+
+    Exit code 0: every step certified, given the one before; 1: not; 2: bad input; 130: interrupted.
+    """
+    check_output("--out", out, (".nc",))
+    check_output("--plot", plot, PICTURES)
+    from ..io.netcdf import write_netcdf
+    from ..paths.march import march as march_model
+
+    model, _ = _read(case)
+    history = march_model(
+        model,
+        times=times_told(times),
+        damping=damping,
+        method=method.value,
+        backend=backend,
+        tol=tolerance(tol),
+        checkpoint=checkpoint,
+        on_failure="ignore",
+    )
+    typer.echo(repr(history))
+    if out is not None:
+        write_netcdf(history.to_dataset(), out)
+        typer.echo(f"fields: {out}")
+    if film is not None:
+        history.animate(film)
+        typer.echo(f"film: {film}")
+    if plot is not None:
+        history.plot().savefig(plot, dpi=150)
+        typer.echo(f"picture: {plot}")
+    raise typer.Exit(EXIT_OK if history.certified else EXIT_NOT_CERTIFIED)
 
 
 @app.command()

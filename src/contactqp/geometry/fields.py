@@ -12,6 +12,7 @@ from ..foundation.checks import Mask, Vector, finite_number, one_of, real_array
 from ..foundation.loading import load_modules
 from .labelled import APART, Places, is_dataarray, is_labelled, with_places
 from .lattice import Lattice
+from .numbering import Grid
 
 FieldLike: TypeAlias = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
 """A number, an array on the lattice's shape, a vector in node order, an xarray.DataArray, or a function of (x, y)."""
@@ -437,8 +438,11 @@ def on_lattice(lattice: Lattice, field: Any, name: str, rows: Rows = "up") -> ND
     return values
 
 
-def frame_heights(lattice: Lattice, needed: Mask, value: Any, rows: Rows = "up") -> Vector | None:
-    """Return the frame's heights on the lattice's array with a ring about it, or None if they are zero.
+def frame_heights(lattice: Lattice, needed: Mask, value: Any, rows: Rows = "up") -> tuple[Grid | None, Vector | None]:
+    """Return the frame's heights on the lattice's array with a ring about it, and at the ends of its arms.
+
+    Both are None if they are zero. Where the lattice is fitted to a contour, a function is evaluated on it: at the
+    places where arms end, of which a point of the lattice has the mean.
 
     Parameters
     ----------
@@ -453,13 +457,21 @@ def frame_heights(lattice: Lattice, needed: Mask, value: Any, rows: Rows = "up")
     if not is_function(value) and not is_dataarray(value) and np.ndim(value) == 0:
         value = finite_number(value, "frame_height")
         if value == 0:
-            return None
+            return None, None
     if is_labelled(value):
         value = with_places(value, "frame_height")
+    arms, ends = lattice.frame_arms, None
     padded = np.zeros([count + 2 for count in lattice.shape])
     if is_dataarray(value):
         value, rows = on_lattice(lattice, value, "frame_height", rows), "up"
-    if callable(value):
+    if callable(value) and lattice.cuts is not None:
+        x, y = lattice.frame_places
+        ends = np.array(np.broadcast_to(evaluated(value, x, y, "frame_height"), x.shape))
+        count = np.zeros(padded.shape)
+        np.add.at(padded, (arms.row, arms.column), ends)
+        np.add.at(count, (arms.row, arms.column), 1.0)
+        padded /= np.maximum(count, 1.0)
+    elif callable(value):
         row, column = np.nonzero(needed)
         padded[needed] = evaluated(value, *lattice.ring_coordinates(row, column), "frame_height")
     elif np.ndim(value) == 0:
@@ -480,4 +492,4 @@ def frame_heights(lattice: Lattice, needed: Mask, value: Any, rows: Rows = "up")
         padded[1:-1, 1:-1][inner] = grid[inner]
     if not np.isfinite(padded).all():
         raise ValueError("frame_height must be finite at every frame point that a node is joined to")
-    return padded
+    return padded, padded[arms.row, arms.column] if ends is None else ends

@@ -12,6 +12,7 @@ from ..foundation.checks import Mask, Vector, finite_number, one_of, positive_nu
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted, drawn
 from ..foundation.text import counted
+from .cuts import Cuts, FrameArms, frame_arms
 from .labelled import grid_of, is_dataarray, is_labelled, with_places
 from .numbering import Numbering
 
@@ -57,6 +58,9 @@ class Lattice:
     caution : str
         What is to be said of a lattice that is wider than its frame: by how much, where, and which spacings fit; else
         empty.
+    cuts : Cuts or None
+        How long the arms are that end on the frame, where the lattice is fitted to its contour; None where all reach
+        to the next point of the lattice.
 
     Examples
     --------
@@ -82,6 +86,7 @@ class Lattice:
         overshoot: float = 0.0,
         caution: str = "",
         crs: str = "",
+        cuts: Cuts | None = None,
     ) -> None:
         points = np.array(mask)
         if points.dtype != np.bool_:
@@ -95,6 +100,7 @@ class Lattice:
         down = one_of(rows, ("up", "down"), "rows") == "down"
         self.mask: Mask = read_only(np.ascontiguousarray(points[::-1]) if down else points)
         self.overshoot, self.caution, self.crs = overshoot, caution, checked_crs(crs)
+        self.cuts = None if cuts is None else Cuts(*map(read_only, cuts))
         self.spacing = spacing_of_nodes(spacing)
         if np.shape(origin) != (2,):
             raise ValueError(f"origin must be a pair (x, y), got {origin!r}")
@@ -247,9 +253,22 @@ class Lattice:
         column_x, row_y = self.node_x[node], self.node_y[node]
         return f"node {node} (x={column_x:g}, y={row_y:g})"
 
+    @cached_property
+    def frame_arms(self) -> FrameArms:
+        """The arms that join a node to the frame."""
+        return frame_arms(self.mask, self.cuts)
+
+    @property
+    def frame_places(self) -> tuple[Vector, Vector]:
+        """Return x and y of the points at which the frame holds the `frame_arms` (length)."""
+        rows, columns = self.frame_arms.ends
+        return self.ring_coordinates(rows, columns)
+
     @property
     def fit(self) -> str:
-        """How far the frame lies outside its contour, in a few words; empty where it does not."""
+        """How the frame lies to its contour, in a few words; empty where the one stands for the other."""
+        if self.cuts is not None:
+            return "fitted to its contour"
         return f"up to {self.overshoot:.2g} outside its contour" if self.overshoot else ""
 
     def __repr__(self) -> str:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
-from .runs import FIRST, LAST, ROW, SUPPORTED
+from .runs import FIRST, KINDS, LAST, ROW, SUPPORTED
 
 Grid: TypeAlias = NDArray[np.float64]
 
@@ -118,20 +118,24 @@ class Layout(Numbering):
         True = node.
     kinds : array of uint8, shape (rows, columns), or None
         Of each node, see `contactqp.geometry.runs`; None where all are `SUPPORTED`.
+    holds : array of uint8, shape (rows, columns), or None
+        How each node is held, see `contactqp.geometry.runs`; None where all are `LOOSE`.
 
     Attributes
     ----------
-    runs : array of int, shape (runs, 5)
-        Row, first column, one past the last, number of the first node, and kind, of nodes of one kind that follow each
-        other in a row; rows and columns count from the ring.
+    runs : array of int, shape (runs, 6)
+        Row, first column, one past the last, number of the first node, kind and hold, of nodes alike in both that
+        follow each other in a row; rows and columns count from the ring.
     row_start : array of int, shape (rows + 3,)
         The first run of each row.
     """
 
-    def __init__(self, mask: Mask, kinds: NDArray[np.uint8] | None = None) -> None:
+    def __init__(
+        self, mask: Mask, kinds: NDArray[np.uint8] | None = None, holds: NDArray[np.uint8] | None = None
+    ) -> None:
         super().__init__(mask)
-        self.kinds = kinds
-        self.runs = _runs(mask, kinds)
+        self.kinds, self.holds = kinds, holds
+        self.runs = _runs(mask, kinds, holds)
         self.row_start = np.searchsorted(self.runs[:, ROW], np.arange(self.rows + 3)).astype(np.int64)
 
     @cached_property
@@ -142,6 +146,10 @@ class Layout(Numbering):
     def with_kind(self, kind: int) -> Layout:
         """Return the layout of the same nodes, all of one kind."""
         return Layout(self.mask, np.full(self.mask.shape, kind, dtype=np.uint8))
+
+    def with_holds(self, holds: NDArray[np.uint8]) -> Layout:
+        """Return the layout of the same nodes, told how each is held."""
+        return Layout(self.mask, self.kinds, holds)
 
     def zeros(self, dtype: Any = np.float64) -> NDArray[Any]:
         """Return zeros on the rectangle with the ring about it."""
@@ -166,14 +174,17 @@ class Layout(Numbering):
         return vector
 
 
-def _runs(mask: Mask, kinds: NDArray[np.uint8] | None) -> NDArray[np.int64]:
-    # Points that are no nodes are told from every kind of node by a zero.
+def _runs(mask: Mask, kinds: NDArray[np.uint8] | None, holds: NDArray[np.uint8] | None) -> NDArray[np.int64]:
+    # Points that are no nodes are told from every node by a zero.
     marks = np.zeros((mask.shape[0], mask.shape[1] + 2), dtype=np.uint8)
-    marks[:, 1:-1] = mask if kinds is None else np.where(mask, kinds + np.uint8(1), np.uint8(0))
+    told = np.uint8(1 + SUPPORTED) if kinds is None else kinds + np.uint8(1)
+    if holds is not None:
+        told = told + np.uint8(KINDS) * holds
+    marks[:, 1:-1] = np.where(mask, told, np.uint8(0))
     rows, edges = np.nonzero(marks[:, 1:] != marks[:, :-1])
     first = np.flatnonzero(marks[rows, edges + 1])
     rows, start, stop = rows[first], edges[first], edges[first + 1]
-    kind = np.full(len(rows), SUPPORTED) if kinds is None else marks[rows, start + 1] - 1
+    hold, kind = np.divmod(marks[rows, start + 1] - np.uint8(1), np.uint8(KINDS))
     length = stop - start
     node = np.cumsum(length) - length
-    return np.ascontiguousarray(np.column_stack([rows + 1, start + 1, stop + 1, node, kind]).astype(np.int64))
+    return np.ascontiguousarray(np.column_stack([rows + 1, start + 1, stop + 1, node, kind, hold]).astype(np.int64))

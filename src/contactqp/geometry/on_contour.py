@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..errors import ContactWarning
 from ..foundation.checks import Mask
 from ..foundation.outside import stacklevel_outside
+from .cuts import fitted
 from .lattice import Lattice
 from .sides import Moved, Sides
 
@@ -115,6 +116,13 @@ class FrameFit:
         if caution and self.loudest > _LOUD:
             warnings.warn(caution, ContactWarning, stacklevel=stacklevel_outside())
         return Lattice(self.mask, self.spacing, self.origin, overshoot=self.overshoot, caution=caution, crs=crs)
+
+    def fitted_lattice(self, crs: str) -> Lattice:
+        """Return the lattice whose arms end on the contour."""
+        mask, cuts = fitted(self.mask, self.spacing, self.origin, self.inside, self.margin)
+        if not mask.any():
+            raise ValueError(f"all points of spacing {self.spacing:g} lie next to the contour: choose a smaller one")
+        return Lattice(mask, self.spacing, self.origin, crs=crs, cuts=cuts)
 
     def _caution(self) -> str:
         distance, x, y = self._farthest

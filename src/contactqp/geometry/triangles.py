@@ -91,7 +91,7 @@ class TriangleMesh:
         """Length of the longest side of each triangle, shape (triangles,)."""
         return np.asarray(np.sqrt((self._across**2).sum(axis=2).max(axis=1)))
 
-    @property
+    @cached_property
     def _across(self) -> NDArray[np.float64]:
         """The side across each corner as a vector, in the sense of the corners, shape (triangles, 3, 2)."""
         corners = self.points[self.triangles]
@@ -160,6 +160,8 @@ class TriangleMesh:
     def _halved_groups(self, ends: Numbers, triangles: Numbers) -> dict[str, Numbers]:
         """Return the groups of a finer mesh: edges and triangles in parts."""
         old, count = len(self.points), len(ends)
+        if not self.groups:
+            return {}
         new = {(int(a), int(b)): old + k for k, (a, b) in enumerate(ends[old:])}
         groups: dict[str, Numbers] = {}
         parent: Numbers | None = None

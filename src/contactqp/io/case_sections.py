@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeAlias
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, StrictBool, Tag, TypeAdapter
 
 from ..geometry.frame import Frame
 from ..models.beam import End
 from ..models.plate import Edge
-from ..profiles.analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane
+from ..profiles.along import Along
+from ..profiles.analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane, Profile
 from ..profiles.sampled import Sampled
+from .surfaces import read_surface
 
 Positive: TypeAlias = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
 
@@ -211,7 +216,40 @@ class HillAndFloorSection(Section):
     scale: Positive = 1.0
 
 
-class SampledSection(_TableSection):
+class Line(NamedTuple):
+    """The line that a cable or a beam lies along.
+
+    Attributes
+    ----------
+    start : float
+        Abscissa of its left end (length).
+    span : float
+        Distance of its ends (length).
+    """
+
+    start: float
+    span: float
+
+
+class ProfileFromFile(_TableSection, ABC):
+    """A profile through what a file holds."""
+
+    @abstractmethod
+    def build(self, file: Path, line: Line | None, *, upwards: bool) -> Profile:
+        """Return the profile.
+
+        Parameters
+        ----------
+        file : Path
+            The section's file.
+        line : Line or None
+            What the model lies along, if that is a line.
+        upwards : bool
+            Whether heights are elevations, positive upwards.
+        """
+
+
+class SampledSection(ProfileFromFile):
     """``profile = "sampled"``: two columns of a CSV file, see `profiles.Sampled.from_csv`.
 
     Heights are positive downwards, unless the case says ``upwards = true``.
@@ -224,6 +262,62 @@ class SampledSection(_TableSection):
     interpolation: Literal["linear", "pchip"] = "linear"
     outside: Literal["error", "hold", "none"] = "error"
 
+    def build(self, file: Path, line: Line | None, *, upwards: bool) -> Profile:
+        """Return the profile through the samples of the file; abscissae are the file's, wherever a line starts."""
+        given = self.model_dump(exclude={"profile", "file", "delimiter"})
+        return Sampled.from_csv(file, **given, delimiter=self.separator, upwards=upwards)
+
+
+class MapSection(ProfileFromFile):
+    """``profile = "map"``: a surface over x and y from a file, ``offset + factor * value``, see `read_surface`.
+
+    A .tif file as its geo-transform puts it, a variable of .nc or .zarr with coordinates, or x, y and a value in each
+    line of .xyz, .csv and .txt. Heights are positive downwards, unless the case says ``upwards = true``. A cable and a
+    beam lie over it from ``start`` to ``end``, which are points of the map and lie ``span`` apart; without these, along
+    its x axis.
+    """
+
+    profile: Literal["map"]
+    key: Column | None = None
+    """Which band, variable or column holds the values, where there are several."""
+    x: Column | None = None
+    """Which column of a text file holds x: by default the one called so, without a header the first."""
+    y: Column | None = None
+    """Which column of a text file holds y: by default the one called so, without a header the second."""
+    start: Point | None = None
+    """Where a cable or a beam starts, x and y on the map (length)."""
+    end: Point | None = None
+    """Where a cable or a beam ends, x and y on the map (length)."""
+    factor: Finite = 1.0
+    offset: Finite = 0.0
+    no_data: Ordinate | None = None
+    """A value that stands for none, beside nan and the one that a .tif file names."""
+    duplicates: Literal["error", "mean", "first", "last", "shallowest", "deepest"] = "error"
+    interpolation: Literal["linear", "nearest", "cubic"] = "linear"
+    outside: Literal["error", "hold", "none"] = "error"
+
+    def build(self, file: Path, line: Line | None, *, upwards: bool) -> Profile:
+        """Return the surface, or what lies of it under a line."""
+        surface = read_surface(file, **self.model_dump(exclude={"profile", "file", "start", "end"}), upwards=upwards)
+        if self.start is None and self.end is None:
+            return surface
+        if line is None:
+            raise ValueError("start and end are for a cable or a beam; leave them out")
+        if self.start is None or self.end is None:
+            raise ValueError("start and end go together")
+        along = Along(surface, self.start, self.end, abscissa=line.start)
+        if abs(along.span - line.span) > _SAME_SPAN * line.span:
+            x, y = np.add(self.start, np.subtract(self.end, self.start) * (line.span / along.span))
+            raise ValueError(
+                f"start and end are {along.span:.10g} apart, but span = {line.span:.10g}; say so, or end = "
+                f"[{x:.10g}, {y:.10g}]"
+            )
+        return along
+
+
+_SAME_SPAN = 1e-6
+"""By which part of it a span and the distance of a map's points may differ, which are written with few digits."""
+
 
 ProfileSection: TypeAlias = Annotated[
     PlaneSection
@@ -232,7 +326,8 @@ ProfileSection: TypeAlias = Annotated[
     | CylinderSection
     | HemisphereSection
     | HillAndFloorSection
-    | SampledSection,
+    | SampledSection
+    | MapSection,
     Field(discriminator="profile"),
 ]
 
@@ -243,7 +338,6 @@ PROFILES: dict[str, Any] = {
     "cylinder": Cylinder,
     "hemisphere": Hemisphere,
     "hill-and-floor": HillAndFloor,
-    "sampled": Sampled.from_csv,
 }
 
 
@@ -260,6 +354,7 @@ SECTIONS: dict[str, type[Section]] = {
     "hemisphere": HemisphereSection,
     "hill-and-floor": HillAndFloorSection,
     "sampled": SampledSection,
+    "map": MapSection,
 }
 """Sections by the shape or the profile that they are of."""
 
@@ -304,6 +399,8 @@ class _CaseInPlan(Section):
     """Distance of neighbouring nodes (length)."""
     origin: Point | None = None
     """A point of the lattice, x and y (length); by default one by which the frame fits, or (0, 0)."""
+    fitted: StrictBool = False
+    """Whether arms that the contour cuts end there, see `Frame.lattice`; not for a mask."""
     upwards: StrictBool = False
     """Whether heights are elevations, positive upwards."""
     crs: str = ""

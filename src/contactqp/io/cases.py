@@ -24,11 +24,12 @@ from .case_sections import (
     BeamCase,
     CableCase,
     DataFile,
+    Line,
     MaskFile,
     MembraneCase,
     MeshMembraneCase,
     PlateCase,
-    SampledSection,
+    ProfileFromFile,
     Section,
 )
 from .data_files import Reading, existing_file, read_raster
@@ -125,10 +126,13 @@ class _Files:
         The case file, to whose folder their names are relative.
     rows : {"up", "down"}
         Down, if the rows of one of those that have been read go so.
+    line : Line or None
+        What the model lies along, if that is a line.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, line: Line | None = None) -> None:
         self.path = path
+        self.line = line
         self.rows: Rows = "up"
 
     def upright(self, section: DataFile | MaskFile, key: str) -> Raster:
@@ -166,13 +170,11 @@ class _Files:
                 return without_missing(value.offset + value.factor * grid, lattice, absent, lattice.describe)
             except CaseFileError as error:
                 raise CaseFileError(f"{self.path}: {key}.file = {shortened(value.file)!r}: {error}") from None
-        parameters = value.model_dump(exclude={"profile"})
-        if isinstance(value, SampledSection):
-            parameters["upwards"] = upwards
-            parameters["delimiter"] = value.separator
-            parameters["path"] = existing_file(self.path, f"{key}.file", parameters.pop("file"))
+        file = existing_file(self.path, f"{key}.file", value.file) if isinstance(value, ProfileFromFile) else None
         try:
-            return PROFILES[value.profile](**parameters)
+            if file is not None:
+                return value.build(file, self.line, upwards=upwards)
+            return PROFILES[value.profile](**value.model_dump(exclude={"profile"}))
         except (ValueError, OSError) as error:
             raise CaseFileError(f"{self.path}: {key}: {error}") from None
 
@@ -181,9 +183,15 @@ def _in_plan(case: MembraneCase | PlateCase, path: Path, *more: str) -> dict[str
     """Return the lattice of a membrane or a plate, and its fields: those of both, and more by name."""
     files = _Files(path)
     if isinstance(case.frame, MaskFile):
+        if getattr(case, "fitted", False):
+            raise CaseFileError(f"{path}: fitted = true needs a frame with a contour, and a mask has none")
         lattice = _masked(case, case.frame, files)
     else:
-        lattice = case.frame.build().in_crs(case.crs).lattice(case.spacing, case.origin)
+        lattice = (
+            case.frame.build()
+            .in_crs(case.crs)
+            .lattice(case.spacing, case.origin, fitted=getattr(case, "fitted", False))
+        )
     heights = {
         name: files.field(getattr(case, name), name, lattice, upwards=case.upwards)
         for name in ("support", "frame_height", "ceiling")
@@ -236,7 +244,7 @@ def _masked(case: MembraneCase | PlateCase, frame: MaskFile, files: _Files) -> L
 
 
 def _cable(case: CableCase, path: Path) -> Cable:
-    files = _Files(path)
+    files = _Files(path, Line(case.start, case.span))
     lattice = Cable.lattice_of(case.span, spacing=case.spacing, start=case.start)
     return Cable(
         span=case.span,
@@ -264,7 +272,7 @@ def _mesh_membrane(case: MeshMembraneCase, path: Path) -> MeshMembrane:
 
 
 def _beam(case: BeamCase, path: Path) -> Beam:
-    files = _Files(path)
+    files = _Files(path, Line(case.start, case.span))
     between = Cable.lattice_of(case.span, spacing=case.spacing, start=case.start)
     lattice = Beam.lattice_of(case.span, spacing=case.spacing, ends=case.ends, start=case.start)
     return Beam(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..errors import CaseFileError
 from ..foundation.checks import nearest
 from ..foundation.text import shortened
-from ..profiles.sample_files import check_separators
+from ..profiles.sample_files import check_separators, read_points
 from .headers import read_npy
 from .rasters import Raster, raster_of_points, read_picture, read_tiff
 
@@ -24,7 +24,7 @@ def existing_file(case_path: Path, key: str, name: str) -> Path:
     """Return the path of a file that a case names relative to its own folder."""
     file = case_path.parent / name
     try:
-        known = file.is_file()
+        known = file.exists() if file.suffix.lower() == ".zarr" else file.is_file()
     except (OSError, ValueError):  # a name that no file can have
         known = False
     if not known:
@@ -116,20 +116,12 @@ def _table(file: Path, how: Reading) -> NDArray[Any] | Raster:
 
 def _points(file: Path, how: Reading) -> Raster:
     """Return the values of a file with x, y and a value in each line, whose places are those of a grid."""
-    check_separators(how.delimiter, how.decimal)
-    with file.open(encoding="utf-8-sig") as lines:
-        text = [line if how.decimal == "." else line.replace(how.decimal, ".") for line in lines]
-    told = [line for line in text if line.strip() and not line.startswith("#")]
-    first = told[0] if told else ""
-    delimiter = how.delimiter if how.delimiter in first else None
-    names = [name.strip().lower() for name in first.split(delimiter)]
-    named = {"x", "y"} <= set(names)
-    others = [name for name in names if name not in ("x", "y")]
-    wanted = how.key.lower() if how.key is not None else others[0] if len(others) == 1 else None
-    if named and wanted not in others:
-        raise CaseFileError(f"choose one of its columns by key: {', '.join(others) or 'it has none but x and y'}")
-    columns = [names.index(each) for each in ("x", "y", wanted)] if named else [0, 1, 2]  # type: ignore[arg-type]
-    return raster_of_points(*np.loadtxt(told[int(named) :], delimiter=delimiter, ndmin=2, usecols=columns).T)
+    given = {"delimiter": how.delimiter, "decimal": how.decimal}
+    try:
+        found = read_points(file, depth=how.key, **given, called="key", unchecked=True)
+    except ValueError as error:
+        raise CaseFileError(str(error).removeprefix(str(file)).lstrip(":, ")) from None
+    return raster_of_points(*found.values.T)
 
 
 def _names_places(file: Path, delimiter: str) -> bool:

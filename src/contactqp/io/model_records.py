@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..foundation.checks import Vector
+from ..geometry.cuts import Cuts
 from ..geometry.lattice import Lattice
 from ..geometry.on_arms import ArmField
 from ..models.base import ContactModel
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
 
 KIND = "contactqp_model"
 """Name of the attribute that tells which kind of model a file holds."""
+
+
+_ALONG = {"x": ("row", "arm_along_x"), "y": ("arm_along_y", "column")}
+"""Dimensions of what arms along x and along y have."""
 
 
 class Record(NamedTuple):
@@ -71,13 +76,18 @@ def _on_lattice(model: LatticeModel, kind: str) -> Record:
     arms = _arms(model)
     if arms:
         attributes["same_tension"] = int(model.tension_of_arms.same)
+    if lattice.cuts is not None:
+        told = "length of arms along {}, in spacings: less than 1 where the frame cuts them"
+        arms |= {
+            f"arm_length_{axis}": (_ALONG[axis], cut, told.format(axis))
+            for axis, cut in zip("xy", lattice.cuts, strict=True)
+        }
     if model.frame_heights is None:
         return Record(attributes, arms)
-    needed = model.frame_points()
-    x, y = lattice.ring_coordinates(*np.nonzero(needed))
+    x, y, heights = model.frame_places
     place = ("frame_point",)
     variables = {
-        "frame_height": (place, model.frame_heights[needed], "height of the frame"),
+        "frame_height": (place, heights, "height of the frame"),
         "frame_x": (place, x, "abscissa of the frame point"),
         "frame_y": (place, y, "ordinate of the frame point"),
     }
@@ -89,14 +99,11 @@ def _arms(model: LatticeModel) -> dict[str, tuple[tuple[str, ...], Any, str]]:
     if model.tension_of_arms.constant:
         return {}
     rows, columns = model.lattice.shape
-    places: dict[str, tuple[tuple[str, str], tuple[int, int]]] = {
-        "x": (("row", "arm_along_x"), (rows, columns + 1)),
-        "y": (("arm_along_y", "column"), (rows + 1, columns)),
-    }
+    shapes = {"x": (rows, columns + 1), "y": (rows + 1, columns)}
     return {
         f"arm_tension_{axis}": (
-            places[axis][0],
-            np.broadcast_to(field.arms, places[axis][1]) if np.ndim(field.arms) == 0 else field.arms,
+            _ALONG[axis],
+            np.broadcast_to(field.arms, shapes[axis]) if np.ndim(field.arms) == 0 else field.arms,
             f"of arms along {axis}",
         )
         for axis, field in zip("xy", model.tension_of_arms.fields, strict=False)
@@ -114,6 +121,13 @@ def _tension(data: xr.Dataset, at_nodes: Callable[[Any], Vector]) -> Any:
             arms = np.array(data[f"arm_tension_{axis}"].to_numpy(), dtype=np.float64)
             fields.append(ArmField(float(arms.flat[0]) if (arms == arms.flat[0]).all() else arms, nodes))
     return Tension(tuple(fields), same)
+
+
+def _cuts(data: xr.Dataset) -> Cuts | None:
+    """Return how long arms are, of a lattice that is fitted to its frame."""
+    if "arm_length_x" not in data:
+        return None
+    return Cuts(*(np.array(data[f"arm_length_{axis}"].to_numpy(), dtype=np.float64) for axis in "xy"))
 
 
 def _beside(data: xr.Dataset, at_nodes: Callable[[Any], Vector]) -> dict[str, Any]:
@@ -231,6 +245,7 @@ def _lattice(data: xr.Dataset) -> Lattice:
         overshoot=float(told["overshoot"]),
         caution=str(told["caution_of_lattice"]),
         crs=str(told.get("crs", "")),
+        cuts=_cuts(data),
     )
 
 

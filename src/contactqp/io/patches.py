@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..foundation.loading import load_modules
 from ..models.base import ContactModel
+from ..models.mesh_membrane import MeshMembrane
 from ..models.on_area import AreaModel
 from ..models.on_line import LineModel
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
     from ..foundation.checks import Mask, Vector
     from ..models.records import Answered
+
+_ROUNDING = 1e-13
+"""Part of a mesh's extent by which corners of neighbouring parts of triangles may differ."""
 
 COLUMNS = ("patch", "nodes", "area", "reaction", "x", "y")
 
@@ -89,6 +93,19 @@ def _squares(model: AreaModel, nodes: NDArray[np.intp]) -> Any:
     contour = shapely.union_all(shapely.box(column - 0.5, row - 0.5, column + 0.5, row + 0.5))
     origin = np.array(lattice.origin)
     return shapely.transform(shapely.simplify(contour, 0.0), lambda places: origin + lattice.spacing * places)
+
+
+@contour_of.register(MeshMembrane)
+def _thirds_of_triangles(model: MeshMembrane, nodes: NDArray[np.intp]) -> Any:
+    """Return the contour of what the nodes stand for: of each triangle the third between a corner and the centroid."""
+    load_modules("shapely")
+    import shapely
+
+    triangle, corner = np.nonzero(np.isin(model.triangles, model.free[nodes]))
+    place = model.positions[model.triangles[triangle]]
+    own, after, before = (place[np.arange(corner.size), (corner + k) % 3] for k in range(3))
+    thirds = np.stack([own, (own + after) / 2, (own + after + before) / 3, (own + before) / 2], axis=1)
+    return shapely.union_all(shapely.polygons(thirds), grid_size=_ROUNDING * max(model.extent))
 
 
 @contour_of.register(LineModel)

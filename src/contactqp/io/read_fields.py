@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..errors import CaseFileError
-from ..foundation.checks import Vector, finite_number, nearest
+from ..foundation.checks import Vector, finite_number
 from ..geometry.fields import Rows, sample
 from ..geometry.lattice import Lattice
 from ..profiles.gridded import Gridded
 from ..profiles.sample_files import check_separators
 from .data_files import Reading, read_numbers
-from .netcdf import read_netcdf
 from .on_nodes import on_lattice, upright, without_missing
 from .rasters import Raster
-from .zarr_stores import read_zarr
-
-_DATASETS: dict[str, Callable[[Path], Any]] = {".nc": read_netcdf, ".zarr": read_zarr}
+from .variables import DATASETS, variable_in_plan
 
 
 def read_field(
@@ -82,7 +77,7 @@ def read_field(
     if absent is not None and not np.isinf(absent):
         absent = finite_number(missing, "missing")
     try:
-        if path.suffix.lower() in _DATASETS:
+        if path.suffix.lower() in DATASETS:
             values = _of_dataset(path, lattice, key, resample, absent)
             return np.asarray(np.where(np.isinf(values), values, offset + factor * values))
         raster = upright(_read(path, key, delimiter, decimal), rows, no_data, transform=transform)
@@ -167,16 +162,7 @@ def _read(path: Path, key: str | None, delimiter: str, decimal: str) -> Raster:
 def _of_dataset(path: Path, lattice: Lattice, key: str | None, resample: bool, missing: float | None) -> Vector:
     if not path.exists():
         raise CaseFileError("there is no such file")
-    try:
-        data = _DATASETS[path.suffix.lower()](path)
-    except OSError as error:
-        raise CaseFileError(str(error)) from None
-    names = [str(name) for name in data.data_vars if {"x", "y"} <= set(map(str, data[name].dims))]
-    if key is None and len(names) != 1:
-        raise CaseFileError(f"choose one of its variables by key: {', '.join(names) or 'none lies along y and x'}")
-    if key is not None and key not in data:
-        raise CaseFileError(f"no variable {key!r} in it; it has {', '.join(names)}{nearest(key, names)}")
-    field = data[names[0] if key is None else key]
+    field = variable_in_plan(path, key)
     if resample:
         inside = "error" if missing is None else "none"
         values = Gridded.of(field, outside=inside)(lattice.node_x, lattice.node_y)  # type: ignore[arg-type]

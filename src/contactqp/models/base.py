@@ -73,7 +73,8 @@ _BEYOND = 1e4
 """A support that lies so many times as deep as the load can press any node counts as none: its depth costs digits."""
 
 
-_QUANTITIES = dict.fromkeys(("frame_height", "fixed_height", "spacing", "span", "start", "positions"), "length")
+_LENGTHS = "frame_height", "fixed_height", "spacing", "span", "start", "positions", "initial"
+_QUANTITIES = dict.fromkeys(_LENGTHS, "length")
 """What arguments that are no fields of a model's `units` must be."""
 
 
@@ -457,6 +458,13 @@ class ContactModel(ABC):
         raise TypeError(
             f"a tension can be given to a Membrane or a Cable only, not to {self!r}; make another model of its kind"
         )
+
+    def _take_foundation(self, foundation: Vector) -> None:
+        """Change a copy of the model to a foundation of another stiffness, shape (n,), before anything is derived.
+
+        By default `pull` and `assemble_stiffness` ask the attribute `foundation` themselves.
+        """
+        self.foundation = foundation
 
     def _frame_relief(self) -> float:
         """Return how far the frame leaves its mean height at most (length)."""

@@ -212,6 +212,10 @@ class CableNet(GraphModel):
                 f"lattice must be a Lattice, got {type(lattice).__name__}; "
                 "make one with Frame.lattice or Lattice.from_mask"
             )
+        if lattice.cuts is not None:
+            raise ValueError(
+                f"a net of cables ends on the lattice's points; make its lattice without fitted=True: {lattice!r}"
+            )
         names = checked_units(units)
         tension = positive_number(plain(tension, "tension", "force", names), "tension")
         load, support = plain(load, "load", "force", names), plain(support, "support", "length", names)
@@ -233,7 +237,7 @@ class CableNet(GraphModel):
         if foundation is not None:
             foundation = plain(foundation, "foundation", "force per length", names)
             foundation = sample(lattice, foundation, "foundation", rows=rows)
-        heights = frame_heights(lattice, stencil.frame_points(), frame_height, rows)
+        heights, _ = frame_heights(lattice, stencil.frame_points(), frame_height, rows)
         x, y = lattice.ring_coordinates(*np.nonzero(frame))
         # Rows before columns: a node's forces are then summed as a stencil does, and are the same to the bit.
         segments = np.concatenate(

@@ -16,6 +16,7 @@ from ..geometry.lattice import Lattice, patches_on_grid
 from ..geometry.numbering import Grid
 from ..geometry.on_arms import ArmField
 from .base import ContactModel, Coordinate
+from .rim import Rim
 from .suspicions import Joints
 from .tension import Tension
 
@@ -58,6 +59,11 @@ class LatticeModel(ContactModel):
     _tension_unit: str
     _foundation_unit: str
 
+    _takes_cuts: bool = False
+    """Whether its arms may end on a contour that cuts them."""
+    _rim: Rim | None = None
+    """The arms that the frame's contour cuts."""
+
     def __init__(
         self,
         lattice: Lattice,
@@ -88,8 +94,12 @@ class LatticeModel(ContactModel):
         self.foundation = self.foundation_at_nodes(foundation)
         needed = self.frame_points()
         given = self._in_own_sense(self.without_unit(frame_height, "frame_height"))
-        heights = frame_heights(lattice, needed, given, self.rows) if needed.any() else None
-        self._heights = np.negative(heights) if self.upwards and heights is not None else heights
+        if lattice.cuts is not None and not self._takes_cuts:
+            raise ValueError(f"a {type(self).__name__} takes no lattice that is fitted to its contour, got {lattice!r}")
+        known = frame_heights(lattice, needed, given, self.rows) if needed.any() else (None, None)
+        self._heights, self._end_heights = (
+            np.negative(heights) if self.upwards and heights is not None else heights for heights in known
+        )
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
 
     @property
@@ -158,10 +168,26 @@ class LatticeModel(ContactModel):
         """Heights of the frame on the lattice's array with a ring about it, positive as the model's; None for zero."""
         return np.negative(self._heights) if self.upwards and self._heights is not None else self._heights
 
+    @property
+    def frame_places(self) -> tuple[Vector, Vector, Vector]:
+        """Where the frame holds arms: x, y and height (length), positive as the model's; on the contour if fitted."""
+        if self._rim is None:
+            row, column = np.nonzero(self.frame_points())
+            x, y = self.lattice.ring_coordinates(row, column)
+            heights = None if self._heights is None else self._heights[row, column]
+        else:
+            x, y = self.lattice.frame_places
+            heights = self._rim.heights
+        own = np.zeros(x.size) if heights is None else heights
+        return x, y, -own if self.upwards else own
+
     def _frame_relief(self) -> float:
         if self._heights is None:
             return 0.0
-        return float(np.abs(self._heights[self.frame_points()] - self._datum).max())
+        heights = self._heights[self.frame_points()]
+        if self._end_heights is not None:
+            heights = np.concatenate([heights, self._end_heights])
+        return float(np.abs(heights - self._datum).max())
 
     def _joints(self) -> Joints:
         depth = self._padded(self.depth)
@@ -193,10 +219,10 @@ class LatticeModel(ContactModel):
 
     def max_slope(self, gap: Vector) -> float:
         """Return the largest difference quotient of the deflection along any arm (no unit)."""
-        heights = self._padded(self._below(gap))
-        mask = self.padded_mask()
+        below = self._below(gap)
+        heights, mask = self._padded(below), self.padded_mask()
         joined = mask | self.frame_points()
-        steepest = 0.0
+        steepest = 0.0 if self._rim is None else self._rim.steepest(below)
         for axis in self._axes:
             both = _pairs(joined, axis)
             touches_node = np.logical_or(*_ends(mask, axis))

@@ -15,6 +15,7 @@ from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from .on_lattice import LatticeModel
 from .reach import reach_on_lattice
+from .rim import Rim
 from .sensitive import ArmTension, FrameHeights
 from .tension import Tension
 
@@ -30,6 +31,7 @@ class StretchedModel(LatticeModel):
         The stiffness G; for the others see `LatticeModel`.
     """
 
+    _takes_cuts = True
     _stiffness_of_tension: float = 1.0
     """Stiffness of an arm over its tension: of a membrane's the width that an arm stands for over its length."""
 
@@ -58,8 +60,17 @@ class StretchedModel(LatticeModel):
             foundation=foundation,
             units=units,
         )
-        self.stencil = Stencil(lattice.mask, *arms, self._ground())
+        self._on_foundation = Stencil(lattice.mask, *arms, self._ground())
+        self._rim = None if lattice.cuts is None else Rim.of(lattice, arms, self._end_heights)
+        self.stencil = self._held_by_rim()
         self._warn()
+
+    def _held_by_rim(self) -> Stencil:
+        """Return the stiffness with what arms that the contour cuts short are stiffer."""
+        plain = self._on_foundation
+        if self._rim is None or not self._rim.springs.any():
+            return plain
+        return plain.on_ground(plain.ground + self.lattice.scatter(self._rim.at_nodes(self.size), fill=0.0))
 
     def _ground(self) -> Any:
         """Return the stiffness of the foundation as a stencil takes it."""
@@ -69,8 +80,17 @@ class StretchedModel(LatticeModel):
         return float(springs[0]) if repeated(springs) else self.lattice.scatter(springs, fill=0.0)
 
     def _take_tension(self, tension: float) -> None:
-        self.stencil = self.stencil.tensioned(tension / self.tension if self._tension.constant else tension)
+        factor = tension / self.tension if self._tension.constant else tension
+        plain = self._on_foundation
+        self._on_foundation = plain.scaled(factor).on_ground(plain.ground)
+        self._rim = None if self._rim is None else self._rim.times(factor)
+        self.stencil = self._held_by_rim()
         super()._take_tension(tension)
+
+    def _take_foundation(self, foundation: Vector) -> None:
+        self.foundation = foundation
+        self._on_foundation = self._on_foundation.on_ground(self._ground())
+        self.stencil = self._held_by_rim()
 
     def assemble_stiffness(self) -> Stencil:
         """Return the stencil."""
@@ -78,7 +98,8 @@ class StretchedModel(LatticeModel):
 
     def pull(self, depths: Vector) -> Vector:
         """Return the force with which the arms pull each node upwards; see `ContactModel.pull`."""
-        return self.stencil.pull(self._padded(depths))
+        force = self._on_foundation.pull(self._padded(depths))
+        return force if self._rim is None else force + self._rim.pull(depths, self._heights)
 
     @property
     def arm_tensions(self) -> Mapping[str, ArmTension]:
@@ -95,11 +116,17 @@ class StretchedModel(LatticeModel):
         def rises(grid: Grid) -> Grid:
             return np.asarray(np.diff(grid[inner], axis=axis))
 
+        rim, heights = self._rim, self._heights
+
         def pull(depths: Vector, tensions: Grid) -> Vector:
-            return numbering.to_vector(-np.diff(factor * tensions * rises(self._padded(depths)), axis=axis))
+            force = numbering.to_vector(-np.diff(factor * tensions * rises(self._padded(depths)), axis=axis))
+            return force if rim is None else force + rim.pull_along(axis, depths, heights, factor * tensions)
 
         def share(depths: Vector, weights: Vector) -> Grid:
-            return factor * rises(self._padded(depths)) * rises(numbering.to_grid(weights, ring=1))
+            found = factor * rises(self._padded(depths)) * rises(numbering.to_grid(weights, ring=1))
+            if rim is not None:
+                rim.add_share(axis, depths, heights, factor * weights, found)
+            return found
 
         return ArmTension((rows, columns + 1) if axis == 1 else (rows + 1, columns), pull, share)
 
@@ -107,12 +134,15 @@ class StretchedModel(LatticeModel):
     def heights_of_frame(self) -> FrameHeights:
         """By ``frame_heights``, shape (rows + 2, columns + 2): on the lattice's array with a ring about it."""
         stencil, rows, columns = self.stencil, *self.lattice.shape
-        frame = stencil.frame_points()
+        frame = self.frame_points()
         along_x = np.broadcast_to(stencil.horizontal, (rows, columns + 1))
         along_y = np.broadcast_to(stencil.vertical, (rows + 1, columns))
 
+        rim = self._rim
+
         def force(depths: Grid) -> Vector:
-            return -stencil.pull(np.where(frame, depths, 0.0))
+            moved = -stencil.pull(np.where(frame, depths, 0.0))
+            return moved if rim is None else moved + rim.force_of(depths, self.size)
 
         def share(weights: Vector) -> Grid:
             grid = stencil.numbering.to_grid(weights, ring=1)
@@ -121,6 +151,8 @@ class StretchedModel(LatticeModel):
             found[1:-1, :-1] += along_x * grid[1:-1, 1:]
             found[1:, 1:-1] += along_y * grid[:-1, 1:-1]
             found[:-1, 1:-1] += along_y * grid[1:, 1:-1]
+            if rim is not None:
+                np.add.at(found, (rim.row, rim.column), rim.springs * weights[rim.node])
             return np.where(frame, found, 0.0)
 
         return FrameHeights("frame_heights", frame / frame.sum(), force, share)

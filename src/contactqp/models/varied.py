@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ..foundation.checks import Mask, finite_number, positive_number, read_only, times
+from ..foundation.checks import Mask, Vector, finite_number, positive_number, read_only, times
 from .base import ContactModel
 
 Model = TypeVar("Model", bound=ContactModel)
@@ -55,6 +55,13 @@ def with_tension(model: Model, tension: float) -> Model:
     return varied
 
 
+def with_foundation(model: Model, foundation: Any) -> Model:
+    """Return the model on a foundation of another stiffness at its nodes, shape (n,), in the unit of its own."""
+    varied = _copied(model)
+    varied._take_foundation(read_only(np.asarray(foundation, dtype=np.float64)))
+    return varied
+
+
 def with_lift(model: Model, lift: float) -> Model:
     """Return the model whose support is higher by ``lift`` (length), whichever way its heights are positive.
 
@@ -86,6 +93,17 @@ def reachable(model: Model, variations: Iterable[Model]) -> Model:
     held = _copied(model)
     held._known_unreachable = read_only(unreachable)
     return held
+
+
+def admissible(model: ContactModel, depths: Vector) -> Vector:
+    """Return the depths nearest to some (length), shape (n,), that neither support nor ceiling forbids."""
+    above = -np.inf if model.ceiling_depth is None else model.ceiling_depth
+    return np.asarray(np.clip(depths, above, model.depth))
+
+
+def depths_at_rest(model: ContactModel) -> Vector:
+    """Return the depths of a model that lies in the mean plane of its frame, as far as support and ceiling let it."""
+    return admissible(model, np.full(model.size, model._datum))
 
 
 def _over(model: Model, support: Any, known_unreachable: Mask | None) -> Model:

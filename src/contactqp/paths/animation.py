@@ -136,8 +136,7 @@ def _scale(model: ContactModel, figure: Figure, solutions: Sequence[Solution]) -
 
 @_scale.register(LatticeModel)
 def _scale_section(model: LatticeModel, figure: Figure, solutions: Sequence[Solution]) -> None:
-    frame = model.padded_deflection(solutions[0].gap)[model.frame_points()]
-    _scale_heights(model, figure, solutions, frame)
+    _scale_heights(model, figure, solutions, model.frame_places[2])
 
 
 def _scale_heights(model: ContactModel, figure: Figure, solutions: Sequence[Solution], frame: Vector) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,6 @@ from ..foundation.files import held, require_folder
 from ..foundation.loading import load_modules
 from ..io.netcdf import read_netcdf, write_netcdf
 from ..models.base import ContactModel
-from ..models.varied import VARIED
 from ..proof.judge import judge
 from ..solving.request import Request
 from ..solving.solution import Run, Solution
@@ -65,6 +64,8 @@ class Checkpoint:
         See `trace`.
     tol : float or str
         What answers are judged by.
+    more : sequence of array
+        What else the answers depend on.
 
     Raises
     ------
@@ -72,11 +73,19 @@ class Checkpoint:
         If its folder is missing.
     """
 
-    def __init__(self, path: Path, model: ContactModel, parameter: str, backend: str, tol: float | str) -> None:
-        self._path, self._model, self._parameter, self._backend = path, model, parameter, backend
+    def __init__(
+        self,
+        path: Path,
+        model: ContactModel,
+        parameter: str,
+        backend: str,
+        tol: float | str,
+        more: Sequence[Vector] = (),
+    ) -> None:
+        self._path, self._backend = path, backend
         self._request = Request.of(tol)
         require_folder(path, "checkpoint")
-        self._mark = _mark(model, parameter, backend)
+        self._mark = _mark(model, parameter, backend, more)
         self._entries: dict[float, _Entry] = {}
         self._iteration_unit = ""
 
@@ -94,12 +103,18 @@ class Checkpoint:
                 self._read()
             yield self
 
-    def restored(self, value: float) -> tuple[Solution | None, int]:
-        """Return the kept answer for a value, judged anew, and its cold iterations; None and -1 without one."""
+    def restored(self, value: float, model: ContactModel) -> tuple[Solution | None, int]:
+        """Return the kept answer for a value, judged anew, and its cold iterations; None and -1 without one.
+
+        Parameters
+        ----------
+        value : float
+        model : Membrane, Cable or CableNet
+            The model at that value.
+        """
         entry = self._entries.get(value)
         if entry is None:
             return None, -1
-        model = VARIED[self._parameter](self._model, value)
         verdict = judge(model.problem, entry.gap, self._request.tolerance.tol, model=model)
         run = Run(
             backend=self._backend,
@@ -149,10 +164,10 @@ class Checkpoint:
         self._iteration_unit = str(data.attrs["iteration_unit"])
 
 
-def _mark(model: ContactModel, parameter: str, backend: str) -> str:
+def _mark(model: ContactModel, parameter: str, backend: str, more: Sequence[Vector]) -> str:
     """Return a fingerprint of what a path is made of."""
     digest = hashlib.sha256(f"{parameter} {backend} {model!r}".encode())
     ceiling = () if model.ceiling is None else (model.ceiling,)
-    for data in (*model.stiffness_data, model.problem.q, model.load, model.support, *ceiling):
+    for data in (*model.stiffness_data, model.problem.q, model.load, model.support, *ceiling, *more):
         digest.update(np.ascontiguousarray(data).tobytes())
     return digest.hexdigest()

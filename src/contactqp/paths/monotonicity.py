@@ -46,7 +46,7 @@ def violations(model: ContactModel, parameter: str, values: Vector, solutions: S
         One for each value.
     """
     order = np.argsort(values * _CLOSING[parameter])
-    caution = "" if promised(model, parameter) else f" ({_why_not(model)}, so nothing else was promised)"
+    caution = "" if promised(model, parameter) else f" ({why_not(model)}, so nothing else was promised)"
     for earlier, later in pairwise(order):
         first, second = solutions[earlier], solutions[later]
         if first.certificate is None or second.certificate is None:
@@ -74,8 +74,8 @@ def violations(model: ContactModel, parameter: str, values: Vector, solutions: S
                 yield f"{leaving.size} node(s) leave the ceiling {between}, the first {model.describe(int(leaving[0]))}"
 
 
-def _why_not(model: ContactModel) -> str:
-    """Return why nothing is promised."""
+def why_not(model: ContactModel) -> str:
+    """Return why nothing is promised, in words."""
     if not model.problem.is_z_matrix:
         return "what bends may rise beside the place where it is pressed down"
     return "the load also pulls upwards" if (model.load < 0).any() else "the foundation resists whatever the tension is"
@@ -84,8 +84,16 @@ def _why_not(model: ContactModel) -> str:
 def _rounding_of_data(base: ContactModel, solution: Solution, value: float) -> Vector:
     """Return how far rounding errors of f and q, in a varied model, can move its gaps (length), shape (n,)."""
     problem, model = solution.problem, solution.model
-    if model is None or problem.barrier is None:
+    if model is None:
         return np.zeros(base.size)
     heights = model.height_scale + np.abs(base.depth[base.supported]).max(initial=0.0) + value
     force = np.abs(model.nodal_load) + 4 * problem.stiffness.diagonal() * heights
+    if problem.barrier is None:
+        # |e_i| ≤ u_i ‖u r‖/λ for a residual r, where λ bounds the smallest eigenvalue of G in units u; the rows of what
+        # bends have more entries.
+        least = problem.facts.least_eigenvalue
+        if least is None:
+            return np.full(base.size, np.inf)
+        moved = least.units * float(np.linalg.norm(least.units * force)) / least.bound
+        return np.asarray(16 * UNIT_ROUNDOFF * (moved + heights))
     return np.asarray(4 * UNIT_ROUNDOFF * (problem.barrier.v * float((force / problem.barrier.s).max()) + heights))

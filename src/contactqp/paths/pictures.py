@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..models.records import Settling
 
 
-_NAMES = {"load": "load factor", "tension": "tension", "lift": "lift of the support"}
+_NAMES = {"load": "load factor", "tension": "tension", "lift": "lift of the support", "time": "time"}
 
 
 def plot_path(table: pd.DataFrame, iteration_unit: str, backend: str, verdict: str, wanted: Wanted = PLAIN) -> Figure:

@@ -93,7 +93,7 @@ def trace(
         for k, value in enumerate(map(float, values)):
             progress.update(f"{parameter} {value:g}, {k + 1} of {values.size}")
             varied = VARIED[parameter](model, value)
-            kept, counted = (None, -1) if file is None else file.restored(value)
+            kept, counted = (None, -1) if file is None else file.restored(value, varied)
             previous = solutions[-1] if solutions else None
             if kept is not None and kept.status.ok:
                 solution = kept

@@ -32,10 +32,13 @@ def _frame_figure(frame: Frame, wanted: Wanted) -> Figure:
 def _lattice_figure(lattice: Lattice, wanted: Wanted) -> Figure:
     rows, columns = lattice.shape
     axes = axes_for(wanted, (columns, rows))
-    off = ~lattice.mask
-    row, column = np.nonzero(off)
     size = float(np.clip(6000 / lattice.mask.size, 0.4, 30))
-    axes.scatter(lattice.x[column], lattice.y[row], s=size, marker="x", lw=0.6, color=GROUND)
+    if lattice.cuts is None:
+        row, column = np.nonzero(~lattice.mask)
+        frame_x, frame_y = lattice.x[column], lattice.y[row]
+    else:
+        frame_x, frame_y = lattice.frame_places
+    axes.scatter(frame_x, frame_y, s=size, marker="x", lw=0.6, color=GROUND)
     axes.scatter(lattice.node_x, lattice.node_y, s=size, color=BLUE, lw=0)
     axes.plot(lattice.node_x[0], lattice.node_y[0], "o", ms=9, mfc="none", color=INK, label="node 0")
     mark_rows(axes, lattice)

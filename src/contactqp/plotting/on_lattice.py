@@ -120,11 +120,9 @@ def _draw_free_boundary(axes: Axes, x: NDArray[Any], y: NDArray[Any], contact: N
 
 
 def draw_frame_outline(axes: Axes, model: LatticeModel) -> None:
-    """Mark the frame points that a node is joined to."""
-    row, column = np.nonzero(model.frame_points())
-    lattice = model.lattice
-    x, y = lattice.ring_coordinates(row, column)
-    size = float(np.clip(4000 / max(lattice.shape) ** 1.5, 0.2, 14))
+    """Mark the places of the frame that a node is joined to."""
+    x, y, _ = model.frame_places
+    size = float(np.clip(4000 / max(model.lattice.shape) ** 1.5, 0.2, 14))
     axes.scatter(x, y, s=size, marker="s", color=INK, linewidths=0)
 
 

@@ -61,6 +61,11 @@ def cut_of_row(model: LatticeModel, gap: Vector, row: int) -> Cut:
     frame = model.frame_points()[row + 1]
     joined = model.padded_mask()[row + 1] | frame
     x: Vector = np.asarray(lattice.origin[0] + lattice.spacing * np.arange(-1, lattice.shape[1] + 1))
+    if lattice.cuts is not None:
+        arms = lattice.frame_arms
+        here = arms.along_x & (arms.row == row + 1)
+        place, _, height = model.frame_places
+        x[arms.column[here]], heights[arms.column[here]] = place[here], height[here]
     nodes = on_row >= 0
     number = on_row[nodes]
     ground, ceiling = np.full((2, lattice.shape[1]), np.nan)

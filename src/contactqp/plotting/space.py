@@ -121,10 +121,7 @@ def _draw_surface(
 
 
 def _draw_frame(axes: Any, membrane: AreaModel) -> None:
-    row, column = np.nonzero(membrane.frame_points())
-    x, y = membrane.lattice.ring_coordinates(row, column)
-    heights = membrane.padded_deflection(membrane.reference)[row, column]
-    axes.scatter(x, y, heights, s=3, color=INK, depthshade=False)
+    axes.scatter(*membrane.frame_places, s=3, color=INK, depthshade=False)
 
 
 def _finish(axes: Any, membrane: AreaModel, wanted: Wanted) -> None:

@@ -174,7 +174,7 @@ def find_barrier(stiffness: Stiffness, preconditioner: Preconditioner | None = N
     if stencil is not None:
         parabolas = _parabolas(stencil)
         candidates: list[Barrier] = list(parabolas)
-        if stiffness is not stencil or not stencil.uniform:
+        if stiffness is not stencil or not stencil.rimmed:
             checked = [_checked(stiffness, parabola.v, parabola.kind) for parabola in parabolas]
             candidates = [candidate for candidate in checked if candidate is not None]
         if candidates:
@@ -185,8 +185,9 @@ def find_barrier(stiffness: Stiffness, preconditioner: Preconditioner | None = N
 def _parabolas(stencil: LatticeStiffness) -> list[Parabola]:
     """Return the parabolas that are >= 0 on the frame and > 0 at the nodes.
 
-    The second difference of each is -2, so G v >= 2 x arm for equal arms. The rim of the paraboloid is the farthest
-    frame point; no node is as far from the middle, because farther out along its row or its column there is one.
+    The second difference of each is -2, so G v >= 2 x arm for equal arms, and arms to the ground only add to it. The
+    rim of the paraboloid is the farthest frame point; no node is as far from the middle, because farther out along its
+    row or its column there is one.
     """
     layout = stencil.layout
     mask = layout.mask
@@ -209,7 +210,7 @@ def _parabolas(stencil: LatticeStiffness) -> list[Parabola]:
         found.append(Parabola(flat_rows, across_strip, exact * 2 * across, "strip along y", layout))
     if reach_y:
         found.append(Parabola((row - bottom) * (top - row), flat_columns, exact * 2 * along, "strip along x", layout))
-    return [parabola for parabola in found if not stencil.uniform or 0 < parabola.least_s < np.inf]
+    return [parabola for parabola in found if not stencil.rimmed or 0 < parabola.least_s < np.inf]
 
 
 def _least(arms: Vector) -> float:

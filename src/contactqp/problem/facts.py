@@ -181,6 +181,11 @@ class MatrixFacts:
         return f"its condition number is {told_condition(self.condition)} (diagonal scaled to ones)"
 
     @property
+    def energy_left_in_kernel(self) -> float:
+        """Largest modulus of dᵀGd for a d of length one in the kernel; 0 without one."""
+        return 0.0
+
+    @property
     def why_nothing_is_proven(self) -> str:
         """Why no bound is known for the matrix, in words, where none is."""
         if affordable(self.G):

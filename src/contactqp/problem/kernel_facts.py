@@ -69,6 +69,12 @@ class KernelFacts(MatrixFacts):
     def require_definite(self) -> None:
         """Raise a ValueError if G is found to be not semidefinite, or its kernel another one than was given."""
         self.kernel.require_of(self.stiffness)
+        if self.stiffness.lattice is not None:
+            # Its arms' sums are exact in proofs, but not where it is assembled, as a matrix with springs is.
+            raise ValueError(
+                "kernel must consist of vectors k with G k = 0, but a lattice whose arms end on the frame or on the "
+                "ground has none, however soft these are; leave kernel out, or pass the matrix, stencil.tocsr()"
+            )
         if not self._kept.any():
             raise ValueError("G must have fewer kernel vectors than rows")
         try:
@@ -88,6 +94,11 @@ class KernelFacts(MatrixFacts):
         from scipy.sparse import csgraph
 
         return int(csgraph.connected_components(self.stiffness.tocsr(), directed=False)[0])
+
+    @cached_property
+    def energy_left_in_kernel(self) -> float:
+        """See `Kernel.energy_left`."""
+        return self.kernel.energy_left(self.stiffness)
 
     @property
     def proven_semidefinite(self) -> bool:
@@ -140,7 +151,10 @@ class KernelFacts(MatrixFacts):
         """See `MatrixFacts.why_nothing_is_proven`."""
         if not self.proven_semidefinite:
             return f"grounded, {self.grounded.why_nothing_is_proven}"
-        return "the answer is too far from the solution for nodes to be proven in contact that hold the kernel"
+        return (
+            "the answer is too far from the solution for nodes to be proven in contact that hold the kernel, or what "
+            f"rounding leaves of dᵀGd in the kernel, {self.energy_left_in_kernel:.2g} |d|², may hold other solutions"
+        )
 
     def mean_deflection(self, force: Vector) -> Vector:
         """Return the mean deflection that forces make where the grounds are held, shape (...)."""

@@ -5,11 +5,14 @@ plane of the frame; infinite where there is no surface. A model whose heights ar
 all the same.
 """
 
+from .along import Along
 from .analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane, Profile, Uppermost
 from .gridded import Gridded
 from .sampled import Sampled
+from .scattered import Scattered
 
 __all__ = [
+    "Along",
     "Cone",
     "Cylinder",
     "Gridded",
@@ -19,5 +22,6 @@ __all__ = [
     "Plane",
     "Profile",
     "Sampled",
+    "Scattered",
     "Uppermost",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,11 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..foundation.checks import Vector, one_of, read_only, real_array, refuse_non_finite
 from ..foundation.loading import load_modules
 from .analytic import Profile
-
-Outside = Literal["error", "hold", "none"]
-
-_REACH = 1e-9
-"""Points outside the grid by less than this part of its extent are taken for rounding."""
+from .choices import OUTSIDE, REACH, Outside
 
 
 class Gridded(Profile):
@@ -75,7 +71,7 @@ class Gridded(Profile):
         self.x: Vector = read_only(columns)
         self.y: Vector = read_only(rows)
         self.depth: Vector = read_only(np.array(-values if upwards else values))
-        self.outside = one_of(outside, ("error", "hold", "none"), "outside")
+        self.outside = one_of(outside, OUTSIDE, "outside")
 
     @classmethod
     def of(cls, array: Any, *, outside: Outside = "error", upwards: bool = False) -> Gridded:
@@ -110,7 +106,7 @@ class Gridded(Profile):
         along = [np.asarray(each, dtype=np.float64) for each in np.broadcast_arrays(y, x)]
         beyond = np.zeros(along[0].shape, dtype=np.bool_)
         for k, (name, places) in enumerate((("y", self.y), ("x", self.x))):
-            room = _REACH * (places[-1] - places[0])
+            room = REACH * (places[-1] - places[0])
             out = (along[k] < places[0] - room) | (along[k] > places[-1] + room)
             if out.any() and self.outside == "error":
                 raise ValueError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -12,15 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..foundation.checks import Vector, one_of, read_only, real_array, refuse_non_finite, vector
 from ..foundation.loading import load_modules
 from .analytic import Profile
-from .sample_files import read_samples
+from .choices import DUPLICATES, KEEP_ONE, OUTSIDE, REACH, Decimal, Duplicates, Outside, one_of_each
+from .sample_files import Column, read_samples
 
 Interpolation = Literal["linear", "pchip"]
-Outside = Literal["error", "hold", "none"]
-Decimal = Literal[".", ","]
-Duplicates = Literal["error", "mean", "first", "last", "shallowest", "deepest"]
-
-_REACH = 1e-9
-"""Points outside the samples by less than this part of their extent are taken for rounding."""
 
 
 class Sampled(Profile):
@@ -87,14 +81,14 @@ class Sampled(Profile):
         self.x: Vector = read_only(abscissae)
         self.depth: Vector = read_only(-ordinates if upwards else ordinates)
         self.interpolation = one_of(interpolation, ("linear", "pchip"), "interpolation")
-        self.outside = one_of(outside, ("error", "hold", "none"), "outside")
+        self.outside = one_of(outside, OUTSIDE, "outside")
 
     @classmethod
     def from_csv(
         cls,
         path: str | Path,
-        x: str | int = "x",
-        depth: str | int = "depth",
+        x: Column = "x",
+        depth: Column = "depth",
         *,
         delimiter: str = ",",
         decimal: Decimal = ".",
@@ -142,15 +136,15 @@ class Sampled(Profile):
         >>> Sampled.from_csv(file, "km", "z", delimiter=";", decimal=",", duplicates="mean").depth
         array([80.6, 82. ])
         """
-        found = read_samples(Path(path), x, depth, delimiter=delimiter, decimal=decimal)
-        one_of(duplicates, _KEPT, "duplicates")
+        found = read_samples(Path(path), {"x": x, "depth": depth}, delimiter=delimiter, decimal=decimal)
+        one_of(duplicates, DUPLICATES, "duplicates")
         abscissae = found.values[:, 0]
         k = _first_disorder(abscissae, strictly=duplicates == "error")
         if k:
             where, here, before = f"{path}, line {found.line_of(k)}", abscissae[k], abscissae[k - 1]
             remedy = _SORT
             if here == before:
-                remedy = f"two samples at one place: keep one by duplicates = {', '.join(map(repr, _KEPT[1:]))}"
+                remedy = f"two samples at one place: {KEEP_ONE}"
             raise ValueError(f"{where}: {found.names[0]} must increase, but {here:g} follows {before:g}; {remedy}")
         ordinates = found.values[:, 1]
         places, depths = _one_for_each(abscissae, -ordinates if upwards else ordinates, duplicates)
@@ -164,7 +158,7 @@ class Sampled(Profile):
         """Return the depths f at the points (x, y)."""
         points = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64))[0]
         first, last = self.x[0], self.x[-1]
-        reach = _REACH * (last - first)
+        reach = REACH * (last - first)
         beyond = (points < first - reach) | (points > last + reach)
         if self.outside == "error" and beyond.any():
             raise ValueError(
@@ -201,20 +195,9 @@ def _first_disorder(x: Vector, *, strictly: bool = True) -> int:
     return int(bad[0]) + 1 if bad.size else 0
 
 
-_KEPT = ("error", "mean", "first", "last", "shallowest", "deepest")
-
-
 def _one_for_each(x: Vector, depth: Vector, kept: str) -> tuple[Vector, Vector]:
     """Return one sample for each abscissa of a sequence that does not decrease."""
     starts = np.flatnonzero(np.concatenate([[True], np.diff(x) > 0])[: x.size])
     if starts.size == x.size:
         return x, depth
-    ends = np.append(starts[1:], x.size)
-    chosen: dict[str, Callable[[], Vector]] = {
-        "mean": lambda: np.add.reduceat(depth, starts) / (ends - starts),
-        "first": lambda: depth[starts],
-        "last": lambda: depth[ends - 1],
-        "shallowest": lambda: np.minimum.reduceat(depth, starts),
-        "deepest": lambda: np.maximum.reduceat(depth, starts),
-    }
-    return x[starts], chosen[kept]()
+    return x[starts], one_of_each(depth, starts, kept)

@@ -138,12 +138,13 @@ class _ByEigenvalue(WeakerProof):
     def about(self, answer: Vector, base: Base) -> Enclosure:
         problem, base = self.problem, self._admissible(base)
         at_lower = (base.high == problem.lower) & (base.low == 0)
-        out_of_balance = np.where(at_lower, np.maximum(0.0, -base.reaction), np.abs(base.reaction))
+        # Where a bound presses by more than its reaction is off, nothing is out of balance.
+        pulled = np.maximum(0.0, base.error - base.reaction)
+        out_of_balance = np.where(at_lower, pulled, np.abs(base.reaction) + base.error)
         if not problem.one_sided:
             at_upper = (base.high == problem.upper) & (base.low == 0)
-            pressing = np.where(problem.lower == problem.upper, 0.0, np.maximum(0.0, base.reaction))
+            pressing = np.where(problem.lower == problem.upper, 0.0, np.maximum(0.0, base.error + base.reaction))
             out_of_balance = np.where(at_upper, pressing, out_of_balance)
-        out_of_balance += base.error
         with np.errstate(over="ignore"):
             norm = _norm(out_of_balance * self._units) * (1 + gamma(problem.size + 8)) + UNDERFLOW
             reach = (norm / self._least) * self._units * _GROW + UNDERFLOW

@@ -1,5 +1,7 @@
 """Compiled passes of judge and certificate over a lattice whose arms are equal in each direction.
 
+Nodes may be held by springs to the ground as well, ``ground[i - 1, j - 1]``; without any, ``ground`` is a number.
+
 They say in one pass over memory what `vector_measures` says in many, with the same bounds of rounding errors, so
 they are compiled without any license to rearrange sums. ``rows`` and ``columns`` make up the barrier,
 v[i, j] = rows[i] + columns[j], and ``s`` <= Gv.
@@ -7,43 +9,53 @@ v[i, j] = rows[i] + columns[j], and ``s`` <= Gv.
 
 from __future__ import annotations
 
+from functools import cache
+from typing import Any, NamedTuple
+
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.extending import overload
 
 from ..foundation.rounding import DIFFERENCES, UNDERFLOW, UNIT_ROUNDOFF, gamma
+from ..geometry.arm_kernels import spring_at
 from ..geometry.numbering_kernels import GRID, READ_ONLY_VECTOR, RUNS
 from ..geometry.runs import BOUNDED, FIRST, KIND, LAST, NODE, ROW, SUPPORTED
 
-_ERROR = gamma(DIFFERENCES)
+_ERROR, _ERROR_WITH_SPRINGS = gamma(DIFFERENCES), gamma(DIFFERENCES + 2)
+"""Relative to the sum of the moduli; what a spring adds is rounded once more in the sum, and once more in its bound."""
 _SLACK = 4 * UNIT_ROUNDOFF
 _DOUBLE = 2 * UNIT_ROUNDOFF
 _UNDERFLOW = UNDERFLOW
 
-_PLACE = f"float64, float64, {RUNS}, int64[::1]"
 _BARRIER = "float64[::1], float64[::1], float64"
 _BOUNDS = f"{READ_ONLY_VECTOR}, {READ_ONLY_VECTOR}"
 
 
+def _error_of(ground: Any) -> float:
+    """Return the rounding error of a reaction relative to the sum of its parts' moduli, bounded."""
+    return _ERROR if np.ndim(ground) == 0 else _ERROR_WITH_SPRINGS
+
+
+@overload(_error_of, inline="always")
+def _compiled_error_of(ground):  # type: ignore[no-untyped-def]
+    error = _ERROR if isinstance(ground, types.Float) else _ERROR_WITH_SPRINGS
+    return lambda ground: error
+
+
 @njit(inline="always")
-def _reaction(omega, i, j, across, along, force):  # type: ignore[no-untyped-def]
+def _reaction(omega, i, j, across, along, ground, force):  # type: ignore[no-untyped-def]
     """Return R = Gω + q at a node, formed from differences, and a bound of its rounding error."""
     own = omega[i, j]
     west, east = own - omega[i, j - 1], own - omega[i, j + 1]
     south, north = own - omega[i - 1, j], own - omega[i + 1, j]
-    reaction = (across * (west + east) + along * (south + north)) + force
-    magnitude = (across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + abs(force)
-    return reaction, _ERROR * magnitude + _UNDERFLOW
+    held = spring_at(ground, i - 1, j - 1) * own
+    reaction = ((across * (west + east) + along * (south + north)) + held) + force
+    magnitude = ((across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + abs(held)) + abs(force)
+    return reaction, _error_of(ground) * magnitude + _UNDERFLOW
 
 
-@njit(
-    f"UniTuple(float64, 8)({GRID}, {READ_ONLY_VECTOR}, {READ_ONLY_VECTOR}, int64, {_BOUNDS}, {_PLACE}, {_BARRIER}, "
-    "int64, int64)",
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-)
-def measure(  # type: ignore[no-untyped-def]
-    omega, q, reference, step, floor, ceiling, across, along, runs, row_start, rows, columns, s, lo, hi
+def _measure(  # type: ignore[no-untyped-def]
+    omega, q, reference, step, floor, ceiling, across, along, ground, runs, row_start, rows, columns, s, lo, hi
 ):
     """Measure ω on the rows [lo, hi).
 
@@ -65,9 +77,12 @@ def measure(  # type: ignore[no-untyped-def]
         for k in range(last - first):
             j = first + k
             gap, force = omega[i, j], q[node + k]
-            reaction, error = _reaction(omega, i, j, across, along, force)
+            reaction, error = _reaction(omega, i, j, across, along, ground, force)
             bounded = bounded and error < np.inf
-            high, low, correction = (error + reaction) * per_s, (error - reaction) * per_s, reaction * per_diagonal
+            # A spring makes the diagonal larger, and the correction as much smaller.
+            softer = 1.0 + spring_at(ground, i - 1, j - 1) * per_diagonal
+            high, low = (error + reaction) * per_s, (error - reaction) * per_s
+            correction = reaction * per_diagonal / softer
             distance = gap
             if kind == SUPPORTED:
                 clearance = gap / (rows[i] + columns[j])
@@ -109,16 +124,17 @@ def measure(  # type: ignore[no-untyped-def]
 
 
 @njit(inline="always")
-def _reaction_at(omega, i, j, own, across, along, force, shift):  # type: ignore[no-untyped-def]
+def _reaction_at(omega, i, j, own, across, along, ground, force, shift):  # type: ignore[no-untyped-def]
     """Return R at a node that is at a bound, with a shift that the others' bounds make, and a bound of its error.
 
     The neighbours are as far away as they can be: their arms pull by a force ``shift`` more than those of ω do.
     """
     west, east = own - omega[i, j - 1], own - omega[i, j + 1]
     south, north = own - omega[i - 1, j], own - omega[i + 1, j]
-    reaction = ((across * (west + east) + along * (south + north)) + shift) + force
-    magnitude = (across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + abs(shift) + abs(force)
-    return reaction, _ERROR * magnitude + _UNDERFLOW
+    held = spring_at(ground, i - 1, j - 1) * own
+    reaction = (((across * (west + east) + along * (south + north)) + held) + shift) + force
+    magnitude = (across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + abs(held)
+    return reaction, _error_of(ground) * (magnitude + abs(shift) + abs(force)) + _UNDERFLOW
 
 
 @njit(inline="always")
@@ -126,20 +142,14 @@ def _upper(gap, rise):  # type: ignore[no-untyped-def]
     return (gap + rise) + (_SLACK * (abs(gap) + rise) + _UNDERFLOW)
 
 
-@njit(
-    f"Tuple((float64, boolean))({GRID}, {READ_ONLY_VECTOR}, {_BOUNDS}, {_PLACE}, {_BARRIER}, float64, float64, "
-    "float64[::1], float64[::1], boolean[::1], boolean[::1], boolean[::1], int64, int64)",
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-)
-def enclose(  # type: ignore[no-untyped-def]
+def _enclose(  # type: ignore[no-untyped-def]
     omega,
     q,
     floor,
     ceiling,
     across,
     along,
+    ground,
     runs,
     row_start,
     rows,
@@ -174,7 +184,7 @@ def enclose(  # type: ignore[no-untyped-def]
             force = (across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + lift
             drive = q[node + k]
             held_shut = drive - pull  # where this overflows, it is not above its error, and proves nothing
-            error = _ERROR * (force + abs(drive)) + _UNDERFLOW
+            error = _error_of(ground) * (force + abs(drive)) + _UNDERFLOW
             touching = False
             if kind == SUPPORTED:
                 low = max(low, 0.0)
@@ -186,9 +196,9 @@ def enclose(  # type: ignore[no-untyped-def]
                 below, above = floor[node + k], ceiling[node + k]
                 low, high = max(low, below), min(high, above)
                 drop = lower_by * (across * sideways + along * endways)
-                at_floor, error = _reaction_at(omega, i, j, below, across, along, drive, -lift)
+                at_floor, error = _reaction_at(omega, i, j, below, across, along, ground, drive, -lift)
                 touching = below > -np.inf and at_floor > 2 * error
-                at_ceiling, error = _reaction_at(omega, i, j, above, across, along, drive, drop)
+                at_ceiling, error = _reaction_at(omega, i, j, above, across, along, ground, drive, drop)
                 touching_above = above < np.inf and -at_ceiling > 2 * error
                 clear[node + k] = (low > below or below == -np.inf) and (high < above or above == np.inf)
                 contact[node + k] = touching or touching_above
@@ -206,3 +216,30 @@ def enclose(  # type: ignore[no-untyped-def]
             bound = max(bound, max(high - gap, gap - low))
             finite = finite and np.isfinite(high) and np.isfinite(low)
     return bound, finite
+
+
+class Passes(NamedTuple):
+    """The passes, compiled."""
+
+    measure: Any
+    enclose: Any
+
+
+@cache
+def passes(springs: bool) -> Passes:
+    """Compile the passes without springs or with some, or load them."""
+    stiffnesses = f"float64, float64, {GRID if springs else 'float64'}"
+    place = f"{stiffnesses}, {RUNS}, int64[::1]"
+    measured = f"{GRID}, {READ_ONLY_VECTOR}, {READ_ONLY_VECTOR}, int64, {_BOUNDS}, {place}, {_BARRIER}, int64, int64"
+    enclosed = (
+        f"{GRID}, {READ_ONLY_VECTOR}, {_BOUNDS}, {place}, {_BARRIER}, float64, float64, float64[::1], float64[::1], "
+        "boolean[::1], boolean[::1], boolean[::1], int64, int64"
+    )
+    return Passes(
+        measure=_compiled(_measure, f"UniTuple(float64, 8)({measured})"),
+        enclose=_compiled(_enclose, f"Tuple((float64, boolean))({enclosed})"),
+    )
+
+
+def _compiled(function: Any, signature: str) -> Any:
+    return njit(signature, cache=True, nogil=True, error_model="numpy")(function)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..foundation.checks import Vector, repeated
-from ..foundation.loading import load_modules
+from ..foundation.loading import load_modules, once
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..foundation.threads import Team
 from ..geometry.numbering import Grid
@@ -19,6 +18,9 @@ from .certificate import Certificate
 from .measures import Measures
 from .residuals import Residuals
 
+if TYPE_CHECKING:
+    from .lattice_measure_kernels import Passes
+
 _WORTH_COMPILED_PASSES = 10_000
 """Nodes above which passes in memory cost more than loading the compiled ones."""
 
@@ -26,19 +28,22 @@ _GROW = 1 + 16 * UNIT_ROUNDOFF
 
 
 def parabola_of(problem: ContactProblem) -> Parabola | None:
-    """Return the problem's barrier if compiled passes apply: a large lattice with arms equal in each direction."""
-    if problem.size < _WORTH_COMPILED_PASSES or problem.stiffness.uniform_lattice is None:
+    """Return the problem's barrier if compiled passes apply: a large lattice with arms equal in each direction.
+
+    Nodes beside its frame may be held more firmly.
+    """
+    if problem.size < _WORTH_COMPILED_PASSES or problem.stiffness.rimmed_lattice is None:
         return None
     barrier = problem.barrier
     return barrier if isinstance(barrier, Parabola) else None
 
 
-@cache
-def _kernels() -> tuple[Any, Any]:
+def _kernels(springs: bool) -> Passes:
     load_modules("contactqp.proof.lattice_measure_kernels", kernels="the judge")
-    from .lattice_measure_kernels import enclose, measure
+    from .lattice_measure_kernels import passes
 
-    return measure, enclose
+    once(("judge", springs), lambda: passes(springs), "the judge")
+    return passes(springs)
 
 
 class LatticeMeasures(Measures):
@@ -54,17 +59,18 @@ class LatticeMeasures(Measures):
     """
 
     def __init__(self, problem: ContactProblem, barrier: Parabola, gap: Vector) -> None:
-        measure, _ = _kernels()
-        stencil = problem.stiffness.uniform_lattice
+        stencil = problem.stiffness.rimmed_lattice
         assert stencil is not None
+        self._passes = _kernels(stencil.grounded)
         self.problem, self._barrier, self._gap = problem, barrier, gap
-        self._arms = float(stencil.horizontal), float(stencil.vertical)
+        ground = np.ascontiguousarray(stencil.ground[stencil.numbering.box]) if stencil.grounded else 0.0
+        self._arms = float(stencil.horizontal), float(stencil.vertical), ground
         self._bounds = (np.zeros(0), np.zeros(0)) if problem.bounds.standard else _contiguous(problem)
         reference = np.atleast_1d(np.asarray(problem.reference, dtype=np.float64))
         reference = reference[:1].copy() if repeated(reference) else np.ascontiguousarray(reference)
         grid = self._grid()
         self._laid_out: Grid | None = grid
-        found = self._pass(measure, grid, (problem.q, reference, int(reference.size > 1)))
+        found = self._pass(self._passes.measure, grid, (problem.q, reference, int(reference.size > 1)))
         raise_by, lower_by, least_gap, least_reaction, work, energy, natural, size = np.array(found).T
         self.raise_by = float(raise_by.max()) * _GROW + UNDERFLOW
         self.lower_by = float(lower_by.max()) * _GROW + UNDERFLOW
@@ -97,7 +103,6 @@ class LatticeMeasures(Measures):
 
     def certificate(self) -> Certificate:
         """See `Measures`."""
-        _, enclose = _kernels()
         problem, size = self.problem, self.problem.size
         lower, upper = np.empty(size), np.empty(size)
         contact, clear = np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.bool_)
@@ -106,7 +111,7 @@ class LatticeMeasures(Measures):
         grid, self._laid_out = self._laid_out, None
         if grid is None:
             grid = self._grid()
-        found = self._pass(enclose, grid, (problem.q,), results)
+        found = self._pass(self._passes.enclose, grid, (problem.q,), results)
         bound = max(bound for bound, _ in found)
         if not all(finite for _, finite in found) or not np.isfinite(bound):
             return Certificate.unknown(problem, self._barrier.kind)

@@ -16,10 +16,13 @@ balance the forces along it: KᵀR* = Kᵀq.)
 
 *Rounding.* Neither the springs' stiffness nor Db needs to be exact: where b_i is proven to be ω̂_i, the sign of R_i(ω̂)
 is proven with G and q themselves, and the rows of other nodes are those of G and q. Where rounding keeps GK from
-vanishing, so that the stored G may be indefinite by some ε‖G‖, ω̂ still solves the problem of the stored doubles, and
-any other solution is farther than some part of the gaps' size over ε away. For let r be the least |R*_i| on C and λ the
-smallest eigenvalue of Ĝ: as above Σ_C |d_i||R*_i| ≤ -dᵀGd ≤ ε‖G‖‖d‖², and λ‖d‖² ≤ dᵀĜd ≤ Σ_C t_i d_i² ≤ max t
-(ε‖G‖‖d‖²/r)², hence ‖d‖ ≥ r√(λ/max t)/(ε‖G‖).
+vanishing, the stored G may be indefinite by as much, and ω̂ still solves the problem of the stored doubles, but need not
+be its only solution. Let ω̂ + d be another one. As above Σ_C |d_i||R*_i| ≤ -dᵀGd. Away from the kernel G resists, so
+that dᵀGd is hardly negative but for the part of d in the kernel, where it is at least -ε|d|²; and there the sum is at
+least ρ|d|, ρ the least length of R* d on C, entry by entry, over that of d. So d is longer than ρ/ε, to first order in
+what is left of GK. Nothing is certified unless that is a thousand times (`_FAR`) the length of gaps of the problem's
+scale at all nodes: the enclosed solution is the one that is meant by a matrix whose last digits are rounded. Where
+GK = 0 exactly, as of whole numbers, it is the only one.
 """
 
 from __future__ import annotations
@@ -39,6 +42,9 @@ from .vector_measures import VectorMeasures
 
 _STRONG = 0.25
 """Part of the largest pressing, R_i/G_ii, above which a node in contact is given a spring."""
+
+_FAR = 1000.0
+"""Lengths of the gaps by which other solutions are away, if rounding of the matrix makes any."""
 
 _ROUNDS = 3
 """Choices of springs that are tried: those which are not proven to be in contact lose theirs."""
@@ -122,9 +128,20 @@ class SemidefiniteMeasures(VectorMeasures):
                 return None
             proven = springs.proven(problem, certificate)
             if np.array_equal(proven.held, springs.held):
+                if not self._others_are_far(springs.held, kernel):
+                    return None
                 return replace(certificate, problem=problem, enclosed=certificate.problem)
             springs = proven
         return None
+
+    def _others_are_far(self, held: Mask, kernel: Kernel) -> bool:
+        """Whether no other solution is near that rounding in GK = 0 may have made; see the module."""
+        problem, left = self.problem, self.problem.facts.energy_left_in_kernel
+        if left == 0.0:
+            return True
+        pressing = np.where(held, np.abs(problem.stiffness.matvec(self._gap) + problem.q), 0.0)
+        size = max(problem.gap_scale, float(np.abs(self._gap).max())) * np.sqrt(problem.size)
+        return bool(kernel.least_hold(pressing) >= _FAR * size * left)
 
     def _with_springs(self, springs: _Springs, sharp: bool) -> Certificate | None:
         problem, gap = self.problem, self._gap

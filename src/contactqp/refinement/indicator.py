@@ -80,11 +80,15 @@ def _jumps(triangle_edges: NDArray[np.int64], flux: Vector, edges: int) -> NDArr
 def too_large(solution: Answered, model: MeshMembrane, target: float) -> Mask:
     """Return which triangles are to be split so that the free boundary is known to ``target`` (length); none if it is.
 
-    Where there is something to split, all triangles above half of what is allowed are: so there are fewer steps.
+    Elsewhere no more is asked than what suits half the size that the triangles at the free boundary have so far: the
+    meshes grow as a geometric series, and the last one takes most of the time. Where there is something to split, all
+    triangles above half of what is allowed are: so there are fewer steps.
     """
     mesh = model.mesh
     crossing = crossed(model, solution.contact)
-    allowed = _SHARE * _curvature(solution, model, crossing) * target * float(np.sqrt(mesh.areas.sum()))
+    width = float(mesh.longest_sides.max(where=crossing, initial=0.0))
+    next_width = max(target, width / 2)
+    allowed = _SHARE * _curvature(solution, model, crossing) * next_width * float(np.sqrt(mesh.areas.sum()))
     wide = crossing & (mesh.longest_sides > target)
     found = residuals(solution, model) if allowed else np.zeros(len(wide))
     if not (wide.any() or (found > allowed).any()):

@@ -74,6 +74,8 @@ class InteriorPoint:
         """Make a step, and take nodes for held whose distance shrinks more than their reaction, in proportion."""
         from . import interior_point_kernels as kernels
 
+        if self.at_rest:  # without a product of distance and reaction that is not zero there is nowhere to go
+            return
         factors = self._matrix.factors(self._springs, self._fixed)
         if factors is None:
             self.at_rest = True

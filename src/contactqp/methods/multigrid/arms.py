@@ -9,13 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...algebra.stiffness import LatticeStiffness
-from ...foundation.checks import Mask
+from ...foundation.checks import Mask, Vector
 from ...geometry.numbering import Grid, Layout
+from ...geometry.runs import STIFF
+from .lattice_kernels import ArmKind
 
 ArmStiffness: TypeAlias = "float | Grid"
 
 _ANISOTROPY = 3.0
 """A direction with arms this many times stiffer than the other's is coarsened alone (semicoarsening)."""
+
+_STIFF = 0.75
+"""So many times as stiff as its arms together must be what else holds a node to go without coarse corrections."""
+
+_SIDES = (0, -1), (0, 1), (-1, 0), (1, 0)
+"""Rows and columns by which neighbours lie away."""
 
 _SMALLEST = 9
 """Lattices of up to this many points are not coarsened."""
@@ -28,17 +36,60 @@ class Arms:
     ----------
     layout : Layout
     across, along : float or array
-        Stiffness of the arms along rows, shape (rows, columns + 1), and along columns, shape (rows + 1, columns).
+        Stiffness of the arms along rows, shape (rows, columns + 1), and along columns, shape (rows + 1, columns); both
+        numbers where all are equal, or both arrays.
     ground : float or array, shape (rows, columns)
-        Stiffness of the arms between the nodes and the ground; the number 0 where all other arms are equal.
+        Stiffness of the arms between the nodes and the ground; the number 0 where all other arms are equal, and there
+        are none of these.
+    rim : bool
+        Whether the ground is known to hold nodes beside the frame alone.
+
+    Attributes
+    ----------
+    layout : Layout
+        It tells how each node is held (see `contactqp.geometry.runs`): stiff is one beside the frame whose arm to the
+        ground, as where the contour cuts its arms short, outweighs the others; the coarse levels take it for frame.
     """
 
-    def __init__(self, layout: Layout, across: ArmStiffness, along: ArmStiffness, ground: ArmStiffness = 0.0) -> None:
-        self.layout = layout
+    def __init__(
+        self,
+        layout: Layout,
+        across: ArmStiffness,
+        along: ArmStiffness,
+        ground: ArmStiffness = 0.0,
+        *,
+        rim: bool = False,
+    ) -> None:
         self.rows, self.columns = layout.rows, layout.columns
-        self.across, self.along, self.ground = across, along, ground
+        self.across, self.along, self.ground, self._rim = across, along, ground, rim
+        self.layout = layout if isinstance(ground, float) else layout.with_holds(self._holds(layout.mask, ground))
         self.typical_arms = _typical(across), _typical(along)
         self.row_coarsening, self.column_coarsening = coarsening(self.rows, self.columns, *self.typical_arms)
+
+    def _holds(self, mask: Mask, ground: Grid) -> NDArray[np.uint8]:
+        west, east, south, north = self._arms_of_points()
+        stiff = ground > _STIFF * ((west + east) + (south + north))
+        if not self._rim:
+            stiff &= _beside_frame(mask)
+        if self.varying:  # its interpolation follows the arms
+            stiff[:] = False
+        holds = (ground > 0).astype(np.uint8)
+        holds[stiff] = STIFF
+        return holds
+
+    def _arms_of_points(self) -> tuple[ArmStiffness, ArmStiffness, ArmStiffness, ArmStiffness]:
+        """Return the west, east, south and north arm of every point."""
+        across, along = self.across, self.along
+        west, east = (across, across) if isinstance(across, float) else (across[:, :-1], across[:, 1:])
+        south, north = (along, along) if isinstance(along, float) else (along[:-1], along[1:])
+        return west, east, south, north
+
+    @property
+    def kind(self) -> ArmKind:
+        """See `lattice_kernels.ArmKind`."""
+        if not isinstance(self.across, float):
+            return "varying"
+        return "equal" if isinstance(self.ground, float) else "rimmed"
 
     @cached_property
     def reach(self) -> float:
@@ -53,6 +104,21 @@ class Arms:
         """Bound of the diagonal of G."""
         return float(sum(2.0 * np.max(arms) for arms in (self.across, self.along))) + float(np.max(self.ground))
 
+    @cached_property
+    def stiffest_corrected(self) -> float:
+        """Bound of the diagonal of G at the nodes that the coarse levels correct."""
+        arms = float(sum(2.0 * np.max(arms) for arms in (self.across, self.along)))
+        if self.layout.holds is None:
+            return arms
+        return arms + float(np.asarray(self.ground).max(where=self.layout.holds != STIFF, initial=0.0))
+
+    def marks(self) -> NDArray[np.uint8]:
+        """Return for each point what `Hierarchy.free` has where there is no contact."""
+        layout = self.layout
+        if layout.holds is None:
+            return layout.mask.astype(np.uint8)
+        return np.where(layout.mask, np.array([1, 2, 0], dtype=np.uint8)[layout.holds], np.uint8(0))
+
     @property
     def stiffnesses(self) -> tuple[ArmStiffness, ArmStiffness, ArmStiffness]:
         """Stiffness of the arms along rows, along columns and to the ground, as kernels take them."""
@@ -61,14 +127,12 @@ class Arms:
     @property
     def varying(self) -> bool:
         """Whether the arms differ."""
-        return not isinstance(self.across, float)
+        return self.kind == "varying"
 
     def resistance(self, grid: Grid) -> Grid:
         """Return G times a vector on the lattice, shape (rows, columns); to be used at nodes only."""
         own = grid[1:-1, 1:-1]
-        across, along = self.across, self.along
-        west, east = (across, across) if isinstance(across, float) else (across[:, :-1], across[:, 1:])
-        south, north = (along, along) if isinstance(along, float) else (along[:-1], along[1:])
+        west, east, south, north = self._arms_of_points()
         force = west * (own - grid[1:-1, :-2]) + east * (own - grid[1:-1, 2:])
         force = force + (south * (own - grid[:-2, 1:-1]) + north * (own - grid[2:, 1:-1]))
         return np.asarray(force if isinstance(self.ground, float) else force + self.ground * own)
@@ -87,10 +151,82 @@ class Arms:
         kinds = self.layout.kinds
         if kinds is not None:
             kinds = np.ascontiguousarray(kinds[down - 1 :: down, right - 1 :: right][:rows, :columns])
+        if not mask.any():
+            return None
         across, along = self.across, self.along
         if isinstance(across, float) and isinstance(along, float):
-            return Arms(Layout(mask, kinds), across * down / right, along * right / down) if mask.any() else None
-        return _coarser_varying(self, mask, kinds)
+            across, along = across * down / right, along * right / down
+            if isinstance(self.ground, float):
+                return Arms(Layout(mask, kinds), across, along)
+            held = self._coarse_rim(mask, across, along)
+            if not self._rim:
+                springs = np.where(self.layout.mask & ~_beside_frame(self.layout.mask), self.ground, 0.0)
+                held += _gathered(_gathered(springs, down).T, right).T
+            return Arms(Layout(mask, kinds), across, along, held, rim=self._rim)
+        return self._coarser_varying(mask, kinds)
+
+    def _coarse_rim(self, mask: Mask, across: float, along: float) -> Grid:
+        """Return by how much coarse nodes' arms to the frame are stiffer than the equal ones, for each coarse node.
+
+        The arm of a coarse node ends where that of the last node in its direction does.
+        """
+        down, right = self.row_coarsening, self.column_coarsening
+        fine, ground = np.pad(self.layout.mask, 2), np.asarray(self.ground)
+        coarse = np.pad(mask, 1)
+        row, column = np.nonzero(_beside_frame(mask))
+        own = down * (row + 1) + 1, right * (column + 1) + 1  # on the padded arrays
+
+        def share(i: NDArray[np.intp], j: NDArray[np.intp]) -> Vector:
+            """Return what the ground adds to each of the arms by which the frame holds a node."""
+            sides = sum((~fine[i + up, j + across]).astype(np.int64) for up, across in _SIDES)
+            # Of points that are no nodes, outside the array or not, nothing is made.
+            inside = np.clip(i - 2, 0, self.rows - 1), np.clip(j - 2, 0, self.columns - 1)
+            return np.asarray(ground[inside] / np.maximum(1, sides))
+
+        total = np.zeros(row.size)
+        for up, right_hand in _SIDES:
+            step, rows, arm, plain = (
+                (right, down, float(self.across), across) if right_hand else (down, right, float(self.along), along)
+            )
+            stiffness = arm + share(*own)
+            if step == 2:
+                beyond = arm + share(own[0] + up, own[1] + right_hand)
+                series = arm * (beyond / (arm + beyond)) if arm > 0 else beyond
+                stiffness = np.where(fine[own[0] + up, own[1] + right_hand], series, stiffness)
+            ends = ~coarse[row + 1 + up, column + 1 + right_hand]
+            total += np.where(ends, np.maximum(rows * stiffness - plain, 0.0), 0.0)
+        rim = np.zeros(mask.shape)
+        rim[row, column] = total
+        return rim
+
+    def _coarser_varying(self, mask: Mask, kinds: NDArray[np.uint8] | None) -> Arms | None:
+        """Return the coarser lattice of arms that vary.
+
+        The arms between two coarse nodes are joined in series, and count once for each row they stand for. What the
+        ground adds beside the frame makes the arms that end there stiffer, as if they were shorter.
+        """
+        nodes, down, right = self.layout.mask, self.row_coarsening, self.column_coarsening
+        rows, columns = mask.shape
+        own_rows, own_columns = slice(down - 1, down * rows, down), slice(right - 1, right * columns, right)
+
+        def joined(arms_across: Grid, arms_along: Grid) -> tuple[Grid, Grid]:
+            return (
+                down * _series(arms_across[own_rows].T, nodes[own_rows].T, right, columns + 1).T,
+                right * _series(arms_along[:, own_columns], nodes[:, own_columns], down, rows + 1),
+            )
+
+        beside = _beside_frame(nodes)
+        ground = np.where(nodes, self.ground, 0.0)
+        fine_across, fine_along = np.asarray(self.across), np.asarray(self.along)
+        cut_across, cut_along = joined(*_cut_short(nodes, fine_across, fine_along, np.where(beside, ground, 0.0)))
+        across, along = map(np.ascontiguousarray, joined(fine_across, fine_along))
+        springs = _gathered(_gathered(np.where(beside, 0.0, ground), down).T, right).T
+        springs = springs + _excess(cut_across, mask, 1, across) + _excess(cut_along, mask, 0, along)
+        held = springs + ((across[:, :-1] + across[:, 1:]) + (along[:-1] + along[1:]))
+        mask = mask & (held > 0)
+        if not mask.any():
+            return None
+        return Arms(Layout(mask, kinds), across, along, np.ascontiguousarray(springs))
 
 
 def coarsening(rows: int, columns: int, across: float, along: float) -> tuple[int, int]:
@@ -121,23 +257,6 @@ def _least(arms: ArmStiffness) -> float:
     return float(positive.min()) if positive.size else 0.0
 
 
-def _coarser_varying(lattice: Arms, mask: Mask, kinds: NDArray[np.uint8] | None) -> Arms | None:
-    """Join the arms between two coarse nodes in series, and count them once for each row they stand for."""
-    across, along = np.asarray(lattice.across), np.asarray(lattice.along)
-    down, right = lattice.row_coarsening, lattice.column_coarsening
-    rows, columns = mask.shape
-    own_rows = across[down - 1 :: down][:rows]
-    own_columns = along[:, right - 1 :: right][:, :columns]
-    coarse_across = down * _series(own_rows.T, right, columns + 1).T
-    coarse_along = right * _series(own_columns, down, rows + 1)
-    ground = _gathered(_gathered(np.asarray(lattice.ground), down).T, right).T
-    held = (coarse_across[:, :-1] + coarse_across[:, 1:]) + (coarse_along[:-1] + coarse_along[1:]) + ground
-    mask = mask & (held > 0)
-    if not mask.any():
-        return None
-    return Arms(Layout(mask, kinds), *map(np.ascontiguousarray, (coarse_across, coarse_along, ground)))
-
-
 def _gathered(grid: Grid, coarsening: int) -> Grid:
     """Return for each coarse row what the fine rows about it have, half of that of the rows between two."""
     if coarsening == 1:
@@ -147,14 +266,55 @@ def _gathered(grid: Grid, coarsening: int) -> Grid:
     return np.asarray(grid[1::2][:rows] + 0.5 * (between[:-1] + between[1:]))
 
 
-def _series(arms: Grid, count: int, wanted: int) -> Grid:
-    """Return the stiffness of ``count`` successive arms (rows of the array) in series, ``wanted`` of them."""
+def _series(arms: Grid, nodes: Mask, count: int, wanted: int) -> Grid:
+    """Return the stiffness of ``count`` successive arms (rows of the array) in series, ``wanted`` of them.
+
+    A node's arm ends at a frame point in the middle.
+    """
     if count == 1:
         return arms[:wanted].copy()
     padded = np.vstack([arms, arms[-1:]])[: 2 * wanted]
     first, second = padded[0::2], padded[1::2]
     total = first + second
-    return np.asarray(first * np.divide(second, total, out=np.zeros_like(total), where=total > 0))
+    joined = np.asarray(first * np.divide(second, total, out=np.zeros_like(total), where=total > 0))
+    point = np.vstack([np.zeros_like(nodes[:1]), nodes, np.zeros_like(nodes[:1]), np.zeros_like(nodes[:1])])
+    before, middle, after = (point[k : k + 2 * wanted - 1 : 2] for k in range(3))
+    joined = np.where(before & ~middle & ~after, first, joined)
+    return np.where(after & ~middle & ~before, second, joined)
+
+
+def _neighbours(mask: Mask, axis: int) -> tuple[Mask, Mask]:
+    """Return which points have a node before them along an axis, and which behind them."""
+    points = np.pad(mask, 1)
+    return (points[1:-1, :-2], points[1:-1, 2:]) if axis == 1 else (points[:-2, 1:-1], points[2:, 1:-1])
+
+
+def _beside_frame(mask: Mask) -> Mask:
+    """Return which nodes have a neighbour that is none."""
+    (west, east), (south, north) = _neighbours(mask, 1), _neighbours(mask, 0)
+    return mask & ~(west & east & south & north)
+
+
+def _cut_short(mask: Mask, across: Grid, along: Grid, more: Grid) -> tuple[Grid, Grid]:
+    """Return arms of which those that end on the frame are stiffer: a node's by ``more``, which they share."""
+    found = []
+    ends = [tuple(mask & ~there for there in _neighbours(mask, axis)) for axis in (1, 0)]
+    share = more / np.maximum(1, sum(end.astype(np.int64) for pair in ends for end in pair))
+    for arms, (first, second), axis in zip((across, along), ends, (1, 0), strict=True):
+        stiffer = np.array(arms)
+        before, after = (stiffer[:, :-1], stiffer[:, 1:]) if axis == 1 else (stiffer[:-1], stiffer[1:])
+        before[first] += share[first]
+        after[second] += share[second]
+        found.append(stiffer)
+    return found[0], found[1]
+
+
+def _excess(arms: Grid, mask: Mask, axis: int, plain: Grid) -> Grid:
+    """Return by how much a node's arms that end on the frame are stiffer than plain ones together."""
+    more = np.maximum(arms - plain, 0.0)
+    before, after = (more[:, :-1], more[:, 1:]) if axis == 1 else (more[:-1], more[1:])
+    first, second = (mask & ~there for there in _neighbours(mask, axis))
+    return np.where(first, before, 0.0) + np.where(second, after, 0.0)
 
 
 def arms_of(stencil: LatticeStiffness, layout: Layout) -> Arms:
@@ -162,12 +322,15 @@ def arms_of(stencil: LatticeStiffness, layout: Layout) -> Arms:
     if stencil.uniform:
         return Arms(layout, float(stencil.horizontal), float(stencil.vertical))
     box_rows, box_columns = stencil.numbering.box
+    ground = np.broadcast_to(stencil.ground, stencil.mask.shape)[box_rows, box_columns]
+    ground = np.where(layout.mask, ground, 0.0)
+    if stencil.even:
+        return Arms(layout, float(stencil.horizontal), float(stencil.vertical), ground, rim=stencil.rimmed)
     across = np.broadcast_to(stencil.horizontal, (stencil.mask.shape[0], stencil.mask.shape[1] + 1))
     along = np.broadcast_to(stencil.vertical, (stencil.mask.shape[0] + 1, stencil.mask.shape[1]))
     across = across[box_rows, box_columns.start : box_columns.stop + 1]
     along = along[box_rows.start : box_rows.stop + 1, box_columns]
-    ground = np.broadcast_to(stencil.ground, stencil.mask.shape)[box_rows, box_columns]
-    return Arms(layout, *_joined_to_nodes(layout, across, along), np.where(layout.mask, ground, 0.0))
+    return Arms(layout, *_joined_to_nodes(layout, across, along), ground)
 
 
 def _joined_to_nodes(layout: Layout, across: Grid, along: Grid) -> tuple[Grid, Grid]:

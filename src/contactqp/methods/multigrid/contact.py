@@ -84,8 +84,8 @@ class ContactMultigrid:
         self.omega, self._next = lattice.layout.zeros(), lattice.layout.zeros()
         self.hierarchy = hierarchy_of(lattice, team)
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
-        self._kernels = lattice_kernels(lattice.varying)
-        self._exchange = exchange_kernels(lattice.varying, self.hierarchy.levels[0].plan.precision)
+        self._kernels = lattice_kernels(lattice.kind)
+        self._exchange = exchange_kernels(lattice.kind, self.hierarchy.levels[0].plan.precision)
         self._strips = team.strips(1, lattice.rows + 1, lattice.columns, _LEAST_STRIP)
         self._place = lattice.layout.runs, lattice.layout.row_start
         self._bounded_place = *limits, *self._place

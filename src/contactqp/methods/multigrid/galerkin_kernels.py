@@ -11,8 +11,14 @@ and of the free boundary are computed.
 
 from __future__ import annotations
 
+from functools import cache
+from typing import Any
+
 import numpy as np
 from numba import njit
+
+from ...geometry.arm_kernels import spring_at
+from .lattice_kernels import ArmKind, stiffness_types
 
 _DAMPING = 16.0 / 9.0
 _TINY = float(np.finfo(np.float32).tiny)
@@ -66,18 +72,12 @@ def _touched(changed, i, reach):  # type: ignore[no-untyped-def]
     return changed[max(i - reach, 0) : i + reach + 1].any()
 
 
-@njit(
-    f"void({_KIND}, {_ROWS}, float64, float64, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, int64, int64, boolean, "
-    "int64, int64)",
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-)
-def coarsen_lattice(  # type: ignore[no-untyped-def]
+def _coarsen_lattice(  # type: ignore[no-untyped-def]
     free,
     changed,
     across,
     along,
+    ground,
     constant,
     stencil,
     kind,
@@ -90,7 +90,7 @@ def coarsen_lattice(  # type: ignore[no-untyped-def]
 ):
     """Write those of the rows [lo, hi) of the first coarse operator that a changed row of the lattice has a share in.
 
-    Which they are is written to ``coarse_changed``.
+    Which they are is written to ``coarse_changed``. The rows of free nodes with 2 in ``free`` have springs.
     """
     basis, image = np.zeros((7, 7)), np.zeros((7, 7))
     rows, columns = free.shape
@@ -115,7 +115,7 @@ def coarsen_lattice(  # type: ignore[no-untyped-def]
                     image[a + 3, b + 3] = 0.0
                     if 0 <= i + a < rows and 0 <= j + b < columns and free[i + a, j + b]:
                         w, e, s, n = across, across, along, along
-                        held = w + e + s + n
+                        held = w + e + s + n + spring_at(ground, i + a - 1, j + b - 1)
                         image[a + 3, b + 3] = held * basis[a + 3, b + 3] - (
                             w * basis[a + 3, b + 2]
                             + e * basis[a + 3, b + 4]
@@ -201,3 +201,13 @@ def set_factors(stencil, kind, changed, constant, lo, hi):  # type: ignore[no-un
                 + abs(stencil[4, i - 1, j + 1])
             )
             stencil[5, i, j] = np.float32(_DAMPING) / (stencil[0, i, j] + max(stencil[0, i, j], total))
+
+
+@cache
+def coarsen_lattice(kind: ArmKind) -> Any:
+    """Compile the first coarsening for arms of a kind, or load it."""
+    signature = (
+        f"void({_KIND}, {_ROWS}, {stiffness_types(kind)}, float32[::1], {_STENCIL}, {_KIND}, {_ROWS}, "
+        "int64, int64, boolean, int64, int64)"
+    )
+    return njit(signature, cache=True, nogil=True, error_model="numpy")(_coarsen_lattice)

@@ -78,7 +78,8 @@ class Hierarchy:
     Attributes
     ----------
     free : array of uint8, shape (rows + 2, columns + 2)
-        1 at the free nodes; at the others, which are in contact, the operators are truncated.
+        At the free nodes 1, or 2 where there are springs; at those in contact, and where springs are stiff, 0: there
+        the operators are truncated.
     changed : array of uint8, shape (rows + 2,)
         1 for the rows in which `free` has changed since the operators were computed.
     """
@@ -86,7 +87,7 @@ class Hierarchy:
     def __init__(self, lattice: Arms, team: Team) -> None:
         self.lattice, self.team = lattice, team
         self.free: NDArray[np.uint8] = lattice.layout.zeros(np.uint8)
-        self.free[1:-1, 1:-1] = lattice.layout.mask
+        self.free[1:-1, 1:-1] = lattice.marks()
         self.changed = np.ones(lattice.rows + 2, dtype=np.uint8)
         self.levels = [Level(plan, team) for plan in plans(lattice)]
         self._set_up()
@@ -95,12 +96,13 @@ class Hierarchy:
         """Compute the rows of all operators that changed rows have a share in."""
         first, lattice = self.levels[0], self.lattice
         self.team.run(
-            galerkin_kernels.coarsen_lattice,
+            galerkin_kernels.coarsen_lattice(lattice.kind),
             first.strips,
             self.free,
             self.changed,
             lattice.across,
             lattice.along,
+            lattice.ground,
             first.constant,
             first.stencil,
             first.kind,
@@ -187,8 +189,9 @@ class Hierarchy:
         kind, rows = np.zeros((width + 2, width + 2), dtype=np.uint8), np.ones(width + 2, dtype=np.uint8)
         target = np.zeros(6, dtype=np.float32), stencil, kind, rows
         lattice, first = self.lattice, self.levels[0]
-        arms = lattice.across, lattice.along
-        galerkin_kernels.coarsen_lattice(example, every, *arms, *target, *first.factors, False, 1, width + 1)
+        arms = lattice.across, lattice.along, 0.0
+        coarsen = galerkin_kernels.coarsen_lattice("equal")
+        coarsen(example, every, *arms, *target, *first.factors, False, 1, width + 1)
         galerkin_kernels.set_factors(stencil, kind, rows, target[0], 1, width + 1)
         first.constant = stencil[:, middle, middle].copy()
         for finer, level in pairwise(self.levels):
@@ -203,7 +206,7 @@ def plans(lattice: Arms) -> list[Plan]:
     """Return levels down to the smallest; a lattice that is not coarsened gets one of its own size."""
     rows, columns = lattice.rows, lattice.columns
     across, along = lattice.typical_arms
-    reach = lattice.reach * lattice.stiffest
+    reach = lattice.reach * lattice.stiffest_corrected
     found: list[Plan] = []
     while True:
         down, right = coarsening(rows, columns, across, along)

@@ -5,9 +5,9 @@ Arrays have a ring of frame points about the nodes. ``runs`` lists nodes of one 
 the nodes that are `BOUNDED`, and empty where there are none. ``across`` and ``along`` are the stiffnesses of the arms
 along a row and along a column: numbers where all are equal, else arrays, ``across[i - 1, j - 1]`` west and
 ``along[i - 1, j - 1]`` south of the point [i, j]. ``ground[i - 1, j - 1]`` is the stiffness of an arm between the point
-and the ground: an array where arms are, and a number, which is not looked at, where all arms are equal and none of them
-ends on the ground. ``weights`` are those of `weighted_kernels` where arms differ, and a number, which is not looked at,
-where interpolation is bilinear.
+and the ground, which is looked at in runs that are not `LOOSE`: a number where there are none. Nodes that are `STIFF`
+take no corrections from the coarse levels, which treat them as frame. ``weights`` are those of `weighted_kernels` where
+arms differ, and a number, which is not looked at, where interpolation is bilinear.
 
 A kernel works on the rows, or coarse rows, [lo, hi), so that threads can share a pass. No certificate rests on these
 kernels, so they may contract products and sums.
@@ -16,41 +16,36 @@ kernels, so they may contract products and sums.
 from __future__ import annotations
 
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
+from ...geometry.arm_kernels import arm_at, spring_at
 from ...geometry.numbering_kernels import GRID, RUNS
-from ...geometry.runs import BOUNDED, FIRST, KIND, LAST, ROW, SUPPORTED
+from ...geometry.runs import BOUNDED, FIRST, HOLD, KIND, LAST, LOOSE, ROW, STIFF, SUPPORTED
 from .weighted_kernels import WEIGHTS, expand_row, spread_row
+
+ArmKind: TypeAlias = Literal["equal", "rimmed", "varying"]
+"""Arms that are equal in each direction; those, and springs at some nodes; arms and springs that vary."""
 
 _FAST = {"contract", "nsz", "nnan"}
 
 
-def _arm(arms: Any, i: int, j: int) -> float:
-    """Return one arm's stiffness, for arms that are equal (a number) or not (an array)."""
-    return float(arms if np.ndim(arms) == 0 else arms[i, j])
-
-
-@overload(_arm, inline="always")
-def _compiled_arm(arms, i, j):  # type: ignore[no-untyped-def]
-    if isinstance(arms, types.Float):
-        return lambda arms, i, j: arms
-    return lambda arms, i, j: arms[i, j]
-
-
-def _spring(ground: Any, i: int, j: int) -> float:
-    """Return the stiffness of a point's arm to the ground: 0 where it is given as a number."""
-    return 0.0 if np.ndim(ground) == 0 else float(ground[i, j])
-
-
-@overload(_spring, inline="always")
-def _compiled_spring(ground, i, j):  # type: ignore[no-untyped-def]
-    if isinstance(ground, types.Float):
-        return lambda ground, i, j: 0.0
-    return lambda ground, i, j: ground[i, j]
+@njit(error_model="numpy", fastmath=_FAST)
+def _relax_run(omega, q, across, along, ground, lower, i, first, last, odd, buffer):  # type: ignore[no-untyped-def]
+    """Write what the nodes of a run are relaxed to, or for those of the other colour what they are, to ``buffer``."""
+    own, drive = omega[i, first:last], q[i, first:last]
+    west, east = omega[i, first - 1 : last - 1], omega[i, first + 1 : last + 1]
+    south, north = omega[i - 1, first:last], omega[i + 1, first:last]
+    for k in range(last - first):
+        j = first + k
+        w, e = arm_at(across, i - 1, j - 1), arm_at(across, i - 1, j)
+        s, n = arm_at(along, i - 1, j - 1), arm_at(along, i, j - 1)
+        pull = w * west[k] + e * east[k] + s * south[k] + n * north[k] - drive[k]
+        relaxed = max(lower, pull * (1.0 / (w + e + s + n + spring_at(ground, i - 1, j - 1))))
+        buffer[k] = own[k] if (k + odd) & 1 else relaxed
 
 
 def _spread_row(
@@ -101,18 +96,13 @@ def _relax_row(omega, q, across, along, ground, floor, ceiling, runs, row_start,
     """
     for run in range(row_start[i], row_start[i + 1]):
         first, last = runs[run, FIRST], runs[run, LAST]
-        own, drive = omega[i, first:last], q[i, first:last]
-        west, east = omega[i, first - 1 : last - 1], omega[i, first + 1 : last + 1]
-        south, north = omega[i - 1, first:last], omega[i + 1, first:last]
         odd = (i + first + colour) & 1
         lower = 0.0 if runs[run, KIND] == SUPPORTED else -np.inf
-        for k in range(last - first):
-            j = first + k
-            w, e = _arm(across, i - 1, j - 1), _arm(across, i - 1, j)
-            s, n = _arm(along, i - 1, j - 1), _arm(along, i, j - 1)
-            pull = w * west[k] + e * east[k] + s * south[k] + n * north[k] - drive[k]
-            relaxed = max(lower, pull * (1.0 / (w + e + s + n + _spring(ground, i - 1, j - 1))))
-            buffer[k] = own[k] if (k + odd) & 1 else relaxed
+        if runs[run, HOLD] == LOOSE:
+            _relax_run(omega, q, across, along, 0.0, lower, i, first, last, odd, buffer)
+        else:
+            _relax_run(omega, q, across, along, ground, lower, i, first, last, odd, buffer)
+        own = omega[i, first:last]
         if runs[run, KIND] == BOUNDED:
             low, high = floor[i, first:last], ceiling[i, first:last]
             for k in range(last - first):
@@ -154,6 +144,22 @@ def _restrict_row(row, coarse, coarsening, weight):  # type: ignore[no-untyped-d
 
 
 @njit(error_model="numpy", fastmath=_FAST)
+def _pull_run(omega, q, across, along, ground, i, first, last, out):  # type: ignore[no-untyped-def]
+    """Write -R of the nodes of a run.
+
+    Differences keep the digits that products with the diagonal would lose.
+    """
+    own, drive = omega[i, first:last], q[i, first:last]
+    west, east = omega[i, first - 1 : last - 1], omega[i, first + 1 : last + 1]
+    south, north = omega[i - 1, first:last], omega[i + 1, first:last]
+    for k in range(last - first):
+        j = first + k
+        horizontal = arm_at(across, i - 1, j - 1) * (own[k] - west[k]) + arm_at(across, i - 1, j) * (own[k] - east[k])
+        vertical = arm_at(along, i - 1, j - 1) * (own[k] - south[k]) + arm_at(along, i, j - 1) * (own[k] - north[k])
+        out[k] = -((horizontal + vertical) + drive[k] + spring_at(ground, i - 1, j - 1) * own[k])
+
+
+@njit(error_model="numpy", fastmath=_FAST)
 def _spread_row_bilinearly(row, coarse, i, row_coarsening, column_coarsening, lo, hi):  # type: ignore[no-untyped-def]
     """Add the fine row i, restricted, to those of the coarse rows within [lo, hi)."""
     if row_coarsening == 1:
@@ -189,7 +195,8 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
 ):
     """Restrict -R of the free nodes, those strictly between their bounds, to the coarse rows [lo, hi).
 
-    Returns how many nodes became free or ceased to be since ``free`` was written last, and the largest force that is
+    ``free`` is 1 at free nodes that are `LOOSE`, 2 at others, and 0 at those that the coarse levels treat as frame.
+    Returns how many nodes became free or ceased to be since it was written last, and the largest force that is
     out of balance: |R| where there is no bound, and else no more than ``slope`` times the way to the bound that it
     pulls towards; max(-R, min(R, slope ω)) where the lower bound 0 is the only one. Rows with such nodes are marked in
     ``changed``.
@@ -206,23 +213,18 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
         before = changes
         for run in range(row_start[i], row_start[i + 1]):
             first, last = runs[run, FIRST], runs[run, LAST]
-            own, drive = omega[i, first:last], q[i, first:last]
-            west, east = omega[i, first - 1 : last - 1], omega[i, first + 1 : last + 1]
-            south, north = omega[i - 1, first:last], omega[i + 1, first:last]
-            out = row[first:last]
-            for k in range(last - first):
-                j = first + k
-                # Differences keep the digits that products with the diagonal would lose.
-                horizontal = _arm(across, i - 1, j - 1) * (own[k] - west[k]) + _arm(across, i - 1, j) * (
-                    own[k] - east[k]
-                )
-                vertical = _arm(along, i - 1, j - 1) * (own[k] - south[k]) + _arm(along, i, j - 1) * (own[k] - north[k])
-                out[k] = -((horizontal + vertical) + drive[k] + _spring(ground, i - 1, j - 1) * own[k])
+            own, out, hold = omega[i, first:last], row[first:last], runs[run, HOLD]
+            if hold == LOOSE:
+                _pull_run(omega, q, across, along, 0.0, i, first, last, out)
+            else:
+                _pull_run(omega, q, across, along, ground, i, first, last, out)
             if i >= first_own:
-                flags = free[i, first:last]
+                flags, mark = free[i, first:last], np.uint8(1 if hold == LOOSE else 2)
+                if hold == STIFF:
+                    mark = np.uint8(0)
                 if runs[run, KIND] == SUPPORTED:
                     for k in range(last - first):
-                        flag = np.uint8(own[k] > 0.0)
+                        flag = mark if own[k] > 0.0 else np.uint8(0)
                         changes += flag != flags[k]
                         flags[k] = flag
                     for k in range(last - first):
@@ -230,17 +232,19 @@ def _restrict_residual(  # type: ignore[no-untyped-def]
                 elif runs[run, KIND] == BOUNDED:
                     low, high = floor[i, first:last], ceiling[i, first:last]
                     for k in range(last - first):
-                        flag = np.uint8((own[k] > low[k]) & (own[k] < high[k]))
+                        flag = mark if (own[k] > low[k]) & (own[k] < high[k]) else np.uint8(0)
                         changes += flag != flags[k]
                         flags[k] = flag
                         upwards = min(out[k], slope * (high[k] - own[k]))
                         worst = max(worst, max(upwards, min(-out[k], slope * (own[k] - low[k]))))
                 else:
                     for k in range(last - first):
-                        changes += flags[k] != 1
-                        flags[k] = 1
+                        changes += flags[k] != mark
+                        flags[k] = mark
                         worst = max(worst, abs(out[k]))
-            if runs[run, KIND] == SUPPORTED:
+            if hold == STIFF:
+                out[:] = 0.0
+            elif runs[run, KIND] == SUPPORTED:
                 for k in range(last - first):
                     out[k] = out[k] if own[k] > 0.0 else 0.0
             elif runs[run, KIND] == BOUNDED:
@@ -281,7 +285,10 @@ def _correct(  # type: ignore[no-untyped-def]
         for run in range(row_start[i], row_start[i + 1]):
             first, last = runs[run, FIRST], runs[run, LAST]
             old, new, step = omega[i, first:last], corrected[i, first:last], row[first:last]
-            if runs[run, KIND] == SUPPORTED:
+            if runs[run, HOLD] == STIFF:
+                for k in range(last - first):
+                    new[k] = old[k]
+            elif runs[run, KIND] == SUPPORTED:
                 for k in range(last - first):
                     wanted = old[k] + step[k]
                     cut += (wanted < 0.0) & (old[k] > 0.0)
@@ -308,17 +315,17 @@ def _energy_slope(omega, corrected, q, across, along, ground, runs, row_start, l
             step = corrected[i, j] - omega[i, j]
             if step == 0.0:
                 continue
-            spring = _spring(ground, i - 1, j - 1)
+            spring = 0.0 if runs[run, HOLD] == LOOSE else spring_at(ground, i - 1, j - 1)
             reaction, change = q[i, j] + spring * omega[i, j], spring * step
             for k in range(4):
                 if k == 0:
-                    arm, a, b = _arm(across, i - 1, j - 1), i, j - 1
+                    arm, a, b = arm_at(across, i - 1, j - 1), i, j - 1
                 elif k == 1:
-                    arm, a, b = _arm(across, i - 1, j), i, j + 1
+                    arm, a, b = arm_at(across, i - 1, j), i, j + 1
                 elif k == 2:
-                    arm, a, b = _arm(along, i - 1, j - 1), i - 1, j
+                    arm, a, b = arm_at(along, i - 1, j - 1), i - 1, j
                 else:
-                    arm, a, b = _arm(along, i, j - 1), i + 1, j
+                    arm, a, b = arm_at(along, i, j - 1), i + 1, j
                 reaction += arm * (omega[i, j] - omega[a, b])
                 change += arm * (step - (corrected[a, b] - omega[a, b]))
             slope += step * reaction
@@ -347,9 +354,9 @@ def _plane(omega, first_way, second_way, q, across, along, ground, runs, row_sta
     for run in range(row_start[lo], row_start[hi]):
         i, first, last = runs[run, ROW], runs[run, FIRST], runs[run, LAST]
         for j in range(first, last):
-            w, e = _arm(across, i - 1, j - 1), _arm(across, i - 1, j)
-            s, n = _arm(along, i - 1, j - 1), _arm(along, i, j - 1)
-            spring = _spring(ground, i - 1, j - 1)
+            w, e = arm_at(across, i - 1, j - 1), arm_at(across, i - 1, j)
+            s, n = arm_at(along, i - 1, j - 1), arm_at(along, i, j - 1)
+            spring = 0.0 if runs[run, HOLD] == LOOSE else spring_at(ground, i - 1, j - 1)
             own, a, b = omega[i, j], first_way[i, j], second_way[i, j]
             reaction = w * (own - omega[i, j - 1]) + e * (own - omega[i, j + 1])
             reaction += s * (own - omega[i - 1, j]) + n * (own - omega[i + 1, j]) + q[i, j] + spring * own
@@ -426,11 +433,11 @@ class ExchangeKernels(NamedTuple):
 
 
 @cache
-def lattice_kernels(varying: bool) -> LatticeKernels:
-    """Compile the passes for equal or varying arms, or load them."""
-    problem = _problem(varying)
+def lattice_kernels(kind: ArmKind) -> LatticeKernels:
+    """Compile the passes for arms of a kind (see `stiffness_types`), or load them."""
+    problem = f"{GRID}, {GRID}, {stiffness_types(kind)}, {_PLACE}"
     return LatticeKernels(
-        sweep=_compiled(_sweep, f"void({_bounded(varying)}, int64, int64, int64, int64)"),
+        sweep=_compiled(_sweep, f"void({_bounded(kind)}, int64, int64, int64, int64)"),
         energy_slope=_compiled(_energy_slope, f"UniTuple(float64, 2)({GRID}, {problem}, int64, int64)"),
         directions=_compiled(_directions, f"void({GRID}, {GRID}, {GRID}, {GRID}, {GRID}, {_PLACE}, int64, int64)"),
         plane=_compiled(_plane, f"UniTuple(float64, 5)({GRID}, {GRID}, {problem}, int64, int64)"),
@@ -442,15 +449,15 @@ def lattice_kernels(varying: bool) -> LatticeKernels:
 
 
 @cache
-def exchange_kernels(varying: bool, coarser: str) -> ExchangeKernels:
-    """Compile the passes for equal or varying arms and vectors of "float32" or "float64" below, or load them."""
-    weights = WEIGHTS if varying else "float64"
+def exchange_kernels(kind: ArmKind, coarser: str) -> ExchangeKernels:
+    """Compile the passes for arms of a kind and vectors of "float32" or "float64" below, or load them."""
+    weights = WEIGHTS if kind == "varying" else "float64"
     coarse, exchange = f"{coarser}[:, ::1]", f"int64, int64, {weights}, float64, int64, int64"
     correction = f"{GRID}, {GRID}, {coarse}, int64, int64, {weights}, {GRID}, {GRID}, {_PLACE}, int64, int64"
     return ExchangeKernels(
         restrict_residual=_compiled(
             _restrict_residual,
-            f"Tuple((int64, float64))({_bounded(varying)}, uint8[:, ::1], uint8[::1], {coarse}, {exchange})",
+            f"Tuple((int64, float64))({_bounded(kind)}, uint8[:, ::1], uint8[::1], {coarse}, {exchange})",
         ),
         correct=_compiled(_correct, f"int64({correction})"),
     )
@@ -459,14 +466,15 @@ def exchange_kernels(varying: bool, coarser: str) -> ExchangeKernels:
 _PLACE = f"{RUNS}, int64[::1]"
 
 
-def _problem(varying: bool) -> str:
-    arms = GRID if varying else "float64"
-    return f"{GRID}, {GRID}, {arms}, {arms}, {arms}, {_PLACE}"
+def stiffness_types(kind: ArmKind) -> str:
+    """Return the types of the stiffnesses across, along and to the ground, as a signature has them."""
+    arms = GRID if kind == "varying" else "float64"
+    ground = "float64" if kind == "equal" else GRID
+    return f"{arms}, {arms}, {ground}"
 
 
-def _bounded(varying: bool) -> str:
-    arms = GRID if varying else "float64"
-    return f"{GRID}, {GRID}, {arms}, {arms}, {arms}, {GRID}, {GRID}, {_PLACE}"
+def _bounded(kind: ArmKind) -> str:
+    return f"{GRID}, {GRID}, {stiffness_types(kind)}, {GRID}, {GRID}, {_PLACE}"
 
 
 def _compiled(function: Any, signature: str) -> Any:

@@ -12,8 +12,9 @@ import numpy as np
 from ...foundation.loading import once
 from ...foundation.threads import Team
 from .arms import Arms
+from .galerkin_kernels import coarsen_lattice
 from .hierarchy import Hierarchy, Level, plans
-from .lattice_kernels import exchange_kernels, lattice_kernels
+from .lattice_kernels import ArmKind, exchange_kernels, lattice_kernels
 from .level_kernels import level_kernels, transfer_kernels
 from .weighted_kernels import weighted_kernels
 
@@ -145,17 +146,18 @@ def hierarchy_of(lattice: Arms, team: Team) -> Hierarchy:
 
 def load_kernels(lattice: Arms) -> None:
     """Compile or load whatever a solution on ``lattice`` and its coarser ones calls."""
-    varying, precisions = lattice.varying, tuple(plan.precision for plan in plans(lattice))
-    once(("multigrid", varying, precisions), lambda: _load_kernels(varying, precisions), "multigrid")
+    kind, precisions = lattice.kind, tuple(plan.precision for plan in plans(lattice))
+    once(("multigrid", kind, precisions), lambda: _load_kernels(kind, precisions), "multigrid")
 
 
-def _load_kernels(varying: bool, precisions: tuple[str, ...]) -> None:
-    lattice_kernels(varying)
+def _load_kernels(kind: ArmKind, precisions: tuple[str, ...]) -> None:
+    lattice_kernels(kind)
     for own in precisions:
-        exchange_kernels(varying, own)
-        level_kernels(own, "float64" if varying else "float32")
-    if varying:
+        exchange_kernels(kind, own)
+        level_kernels(own, "float64" if kind == "varying" else "float32")
+    if kind == "varying":
         weighted_kernels()
         return
+    coarsen_lattice(kind)
     for own, coarser in pairwise(precisions):
         transfer_kernels(own, coarser)
