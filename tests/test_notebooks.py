@@ -35,6 +35,7 @@ def test_notebooks_are_found():
         "05_cables_over_ground.ipynb",
         "06_load_paths_and_touchdown.ipynb",
         "07_bearing_with_cavitation.ipynb",
+        "08_fabric_roof.ipynb",
         "09_pipe_with_bending.ipynb",
         "10_design_and_inverse.ipynb",
     ]
