@@ -1,5 +1,7 @@
 """Beams against closed forms: where they come down, what they transmit, and how they are held."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -365,13 +367,13 @@ def test_a_uniform_tension_far_above_the_stiffness_makes_a_cable():
 @pytest.mark.parametrize("bending_stiffness", [1e4, 3e5, 1e7])
 def test_stiff_pipes_on_rough_ground_come_to_rest(bending_stiffness):
     """Exchanges by double precision would creep for hundreds of steps."""
-    rng = np.random.default_rng(2)
-    ground = cq.profiles.Sampled(np.arange(0.0, 1001.0, 10.0), 80 + np.cumsum(rng.normal(size=101)), outside="hold")
+    file = Path(__file__).parents[2] / "examples" / "seabed.csv"
+    ground = cq.profiles.Sampled.from_csv(file, interpolation="pchip")
     pipe = cq.Beam(
-        span=1000.0, spacing=1.0, bending_stiffness=bending_stiffness, tension=400.0, load=0.7, support=ground,
+        span=2000.0, spacing=1.0, bending_stiffness=bending_stiffness, tension=400.0, load=0.7, support=ground,
         frame_height=ground,
     )  # fmt: skip
     solution = cq.solve(pipe, tol=1e-8)
     assert solution.status == "certified"
-    assert solution.iterations <= 60
+    assert solution.iterations <= 40
     assert not solution.certificate.undecided.any()

@@ -39,8 +39,8 @@ SHORTEST = 4 * WIDEST
 
 STIFF = 2.0**-24
 """A smallest eigenvalue below this, for a diagonal of about one, leaves double precision half of its digits, and
-exchanges of contact nodes begin to creep: a stiff pipe of 2000 nodes over a sea-bed does not come to rest in 500 steps by
-double precision at 2⁻³⁰, and does in 15 by twice that."""
+exchanges of contact nodes begin to creep: a stiff pipe of 2000 nodes over a sea-bed does not come to rest in 500 steps
+by double precision at 2⁻³⁰, and does in 15 by twice that."""
 
 _OPERATIONS_AT_ONCE = 2_000_000
 """Operations on double words between two moments at which Ctrl-C is answered: some tens of milliseconds."""
