@@ -32,7 +32,9 @@ from .foundation.checks import Mask, finite_number
 from .foundation.loading import load_modules
 from .foundation.pictures import UnitNames
 from .geometry.lattice import Lattice, patches_on_grid
+from .io.model_records import KIND, model_in
 from .io.patches import table_of
+from .models.base import ContactModel
 from .models.cable import Cable
 from .models.membrane import Membrane
 from .plotting.states import colours_by_number, draw_legend_of_states
@@ -66,8 +68,11 @@ class ContactMethods:
         frame_height: Any = 0.0,
         upwards: bool | None = None,
         units: UnitNames | None = None,
-    ) -> Membrane | Cable:
+    ) -> ContactModel:
         """Return the model that the dataset describes by ``load``, ``support`` and ``tension``.
+
+        A solution's dataset tells its whole model, of whatever kind: that is made anew, with the load and the support
+        that the dataset has now, if nothing else is asked for.
 
         Parameters
         ----------
@@ -87,9 +92,14 @@ class ContactMethods:
         Raises
         ------
         ValueError
-            If something is missing, or the coordinates are not at equal steps.
+            If something is missing, the coordinates are not at equal steps, or they are not those of the model that
+            a solution's dataset tells.
         """
         data = self._dataset
+        if KIND in data.attrs:
+            asked = {"tension": tension, "nodes": nodes, "upwards": upwards, "units": units}
+            asked |= {} if isinstance(frame_height, float) and frame_height == 0.0 else {"frame_height": frame_height}
+            return self._told({name for name, value in asked.items() if value is not None})
         missing = [name for name in ("load", "support") if name not in data]
         if missing:
             told = " and ".join(missing)
@@ -116,6 +126,25 @@ class ContactMethods:
         # What is nan beside the nodes does no harm.
         fields: dict[str, Any] = {name: field.fillna(0.0) if field.ndim else field for name, field in grid.items()}
         return Membrane(lattice, given.pop("tension"), **fields, **given)
+
+    def _told(self, asked: set[str]) -> ContactModel:
+        """Return the model that a solution's dataset tells."""
+        data = self._dataset
+        if asked:
+            raise ValueError(
+                f"the dataset is a solution's and tells its whole model, a {data.attrs[KIND]}, so that "
+                f"{', '.join(sorted(asked))} cannot be given; change the dataset, or drop its attribute {KIND}"
+            )
+        data = data.sortby([axis for axis in ("x", "y") if axis in data.dims])
+        model = model_in(data)
+        for name, place in model.coordinates.items():
+            there = data[name].to_numpy() if name in data.coords else np.zeros(0)
+            if there.shape != place.values.shape or not np.allclose(there, place.values):
+                raise ValueError(
+                    f"the dataset tells a whole {data.attrs[KIND]}, but its {name} are not those of the nodes; take "
+                    f"all of it, or drop its attribute {KIND}"
+                )
+        return model
 
     def solution(self, backend: str = "auto", *, tol: float | str = 1e-6, **options: Any) -> Solution:
         """Return the solution of that model.

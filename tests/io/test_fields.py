@@ -28,7 +28,7 @@ def test_every_quantity_has_a_value_at_each_node_a_unit_and_a_meaning(model):
     np.testing.assert_array_equal(fields["gap"].values, np.where(model.supported, solution.gap, np.inf))
     assert ("contact_pressure" in fields) == (model.node_area is not None)
     data = solution.to_dataset()
-    assert list(data.data_vars) == list(fields)
+    assert list(data.data_vars)[: len(fields)] == list(fields)  # and then what the model is made of
     for name, field in fields.items():
         assert data[name].attrs == {"units": field.unit, "long_name": field.meaning}
         laid_out = data[name].values[~np.isnan(data["load"].values)]

@@ -166,3 +166,40 @@ def test_ceilings_foundations_and_tension_that_varies_are_taken():
     pair = data.drop_attrs().drop_vars("tension", errors="ignore").assign(tension_x=tension, tension_y=2.0)
     pair.attrs = {name: value for name, value in data.attrs.items() if name != "tension"}
     np.testing.assert_allclose(pair.contact.model().tension[0], model.tension)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        cq.Cable(span=10.0, spacing=0.5, tension=1.0, load=1.0, support=4.0),
+        cq.Beam(span=10.0, spacing=0.25, bending_stiffness=1.0, tension=0.5, load=1.0, support=0.5),
+        cq.Plate(cq.Frame.rectangle(2, 1).lattice(0.1), 1.0, load=50.0, support=0.1, tension=1.0),
+        cq.Membrane(
+            cq.Frame.disk(1.0).lattice(0.1, fitted=True), 1.0, load=2.0, support=-0.2, upwards=True,
+            frame_height=lambda x, y: 0.1 * x,
+        ),
+        cq.Membrane(
+            cq.Frame.rectangle(2, 1).lattice(0.1), lambda x, y: 2 + x, load=9.0, support=0.2, ceiling=-0.1,
+            foundation=1.0,
+        ),
+    ],
+    ids=lambda model: type(model).__name__,
+)  # fmt: skip
+def test_a_solutions_dataset_is_solved_as_the_model_that_it_tells(model):
+    solution = cq.solve(model, tol=1e-9)
+    again = solution.to_dataset().contact.solve(tol=1e-9)
+    xr.testing.assert_allclose(again["deflection"], solution.to_dataset()["deflection"], atol=1e-9)
+    assert again.attrs["contactqp_model"] == solution.to_dataset().attrs["contactqp_model"]
+
+
+def test_a_solutions_dataset_is_taken_as_it_is_or_not_at_all():
+    model = cq.Membrane(cq.Frame.rectangle(2, 1).lattice(0.1), 1.0, load=lambda x, y: 5 + x + y, support=0.2)
+    data = cq.solve(model, tol=1e-9).to_dataset()
+    down = data[{"y": slice(None, None, -1)}].contact.solve(tol=1e-9)
+    xr.testing.assert_allclose(down["gap"], data["gap"], atol=1e-9)
+    heavier = data.assign(load=2 * data["load"]).contact.model()
+    np.testing.assert_allclose(heavier.load, 2 * model.load)
+    with pytest.raises(ValueError, match="tells its whole model, a membrane, so that tension cannot be given"):
+        data.contact.model(tension=2.0)
+    with pytest.raises(ValueError, match=r"x .*not those of the nodes|must"):
+        data.isel(x=slice(3, None)).contact.model()

@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 
 
 def solution_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
-    """Return the fields of a model's solution where the model lays them out (see `Solution.to_dataset`)."""
-    return dataset_of(model, fields_of(solution)).assign_attrs(facts_of(solution, model))
+    """Return the fields of a model's solution where the model lays them out, and the model (`Solution.to_dataset`)."""
+    data, record = dataset_of(model, fields_of(solution)).assign_attrs(facts_of(solution, model)), record_of(model)
+    for name, (dimensions, values, meaning) in record.variables.items():
+        data[name] = (dimensions, values, {"long_name": meaning})
+    return data.assign_attrs(record.attributes)
 
 
 def file_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
     """Return what files hold: these fields by the conventions of CF, where they come from, and the whole model."""
     data = solution_dataset(solution, model)
-    record = record_of(model)
-    for name, (dimensions, values, meaning) in record.variables.items():
-        data[name] = (dimensions, values, {"long_name": meaning})
     if not model.supported.all():
         # Without a support a gap is infinite, and the one that was solved for is counted from the frame's mean height.
         gap = Field(solution.gap, "length", "gap as solved for, without a support from the frame's mean height")
@@ -45,7 +45,7 @@ def file_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
         data["contact_state"].attrs |= states
     if model.crs:
         _tell_system(data, model.crs)
-    return data.assign_attrs({"Conventions": "CF-1.11", **provenance_of(solution, model), **record.attributes})
+    return data.assign_attrs({"Conventions": "CF-1.11", **provenance_of(solution, model)})
 
 
 _MEANINGS = " ".join(state.name.lower() for state in NodeState)

@@ -44,6 +44,9 @@ _MOST_HELD = 0.3
 _ENTRIES_WORTH_A_BLOCK, _MOST_BLOCKS = 300_000, 8
 """Handing a block to a thread takes as long as sweeping over 20,000 entries."""
 
+_AS_MUCH = 1 + 1e-10
+"""Times a number up to which another one counts as no more: both are rounded."""
+
 _POWER_STEPS = 6
 _MOST_ITERATIONS = 400
 
@@ -137,7 +140,8 @@ def _blocks(matrix: csr_array, diagonal: Vector) -> list[tuple[int, int]]:
     A forwards sweep solves with M = D + L, D the diagonal of A and L what lies below it inside the blocks, and a
     backwards one with Mᵀ. So a cycle is symmetric, and positive definite if M + Mᵀ - A = D - O is, O the entries of A
     between blocks (Baker, Falgout, Kolev and Yang, *Multigrid smoothers for ultraparallel computing*, SIAM J. Sci.
-    Comput. 33, 2011): that is so if in no row the moduli of O add up to the diagonal entry. Else all rows are one
+    Comput. 33, 2011). That is so for a definite A if in no row the moduli of O add up to more than the diagonal entry:
+    where they are as much in all rows that hang together by O, these rows have no other entries. Else all rows are one
     block. The number of blocks, and so the result, is the same on every machine.
     """
     size = diagonal.size
@@ -150,7 +154,7 @@ def _blocks(matrix: csr_array, diagonal: Vector) -> list[tuple[int, int]]:
     block = np.searchsorted(edges, np.arange(size), side="right").astype(np.int8)
     between = np.flatnonzero(block[row_of] != block[matrix.indices])
     sums = np.bincount(row_of[between], weights=np.abs(matrix.data[between]), minlength=size)
-    return list(pairwise(edges.tolist())) if (sums < diagonal).all() else whole
+    return list(pairwise(edges.tolist())) if (sums <= _AS_MUCH * diagonal).all() else whole
 
 
 def rows_of(matrix: csr_array) -> tuple[Any, Any, Vector]:
