@@ -140,7 +140,7 @@ def test_nothing_happens_where_there_is_no_support():
     [
         ({"stop": 0.0}, ValueError, "stop must be > start, got start=0, stop=0"),
         ({"stop": np.nan}, ValueError, "stop must be finite"),
-        ({"model": 7, "stop": 1.0}, TypeError, "model must be a Membrane, a Cable or a CableNet, got int"),
+        ({"model": 7, "stop": 1.0}, TypeError, "model must be a model, as Membrane, Cable or Beam, got int"),
     ],
 )
 def test_bad_arguments_say_what_is_wrong(arguments, error, message):

@@ -164,7 +164,7 @@ def test_foreign_checkpoints_are_refused(tmp_path):
         ({"tensions": [0.0]}, ValueError, "tensions must be > 0, got 0"),
         ({"loads": [1.0], "backend": "ossqp"}, cq.UnknownBackendError, "did you mean 'osqp'"),
         ({"loads": [1.0], "backend": "psor", "bta": 1}, TypeError, "no option 'bta'"),
-        ({"model": HEXAGON.problem, "loads": [1.0]}, TypeError, "model must be a Membrane, a Cable or a CableNet"),
+        ({"model": HEXAGON.problem, "loads": [1.0]}, TypeError, "model must be a model, as Membrane, Cable or Beam"),
     ],
 )
 def test_bad_arguments_say_what_is_wrong(arguments, error, message):

@@ -284,7 +284,7 @@ def test_solutions_bracket_contact_area_and_total_reaction():
     assert solution.total_reaction.upper - solution.total_reaction.lower < 1e-9
     bare = cq.solve(membrane.problem, "clarabel", tol=1e-8)
     assert bare.total_reaction == solution.total_reaction
-    with pytest.raises(AttributeError, match="contact_area needs a Membrane, a Cable or a CableNet"):
+    with pytest.raises(AttributeError, match="contact_area needs a model, as Membrane, Cable or Beam"):
         _ = bare.contact_area
 
 
@@ -307,7 +307,7 @@ def test_models_are_certified_and_drawn():
     cable, exact = cq.gallery.cable_on_floor(9, 2)
     assert cq.certify(cable, cable.support - exact).plot().axes
     with pytest.raises(
-        AttributeError, match="plot needs a Membrane, a Cable or a CableNet; this certificate is of a bare"
+        AttributeError, match="plot needs a model, as Membrane, Cable or Beam; this certificate is of a bare"
     ):
         cq.certify(membrane.problem, rough).plot()
     with pytest.raises(

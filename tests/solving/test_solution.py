@@ -76,9 +76,9 @@ def test_a_bare_problem_has_no_deflection():
     bare = cq.solve(cq.ContactQP(np.eye(2), [-1.0, 1.0]), "clarabel")
     np.testing.assert_allclose(bare.gap, [1.0, 0.0], atol=1e-6)
     for attribute in ("deflection", "contact_pressure", "max_slope", "force_balance"):
-        with pytest.raises(AttributeError, match=f"{attribute} needs a Membrane, a Cable or a CableNet"):
+        with pytest.raises(AttributeError, match=f"{attribute} needs a model, as Membrane, Cable or Beam"):
             getattr(bare, attribute)
-    with pytest.raises(AttributeError, match="to_dataset needs a Membrane, a Cable or a CableNet"):
+    with pytest.raises(AttributeError, match="to_dataset needs a model, as Membrane, Cable or Beam"):
         bare.to_dataset()
     assert "ContactQP(2 unknowns" in repr(bare)
 

@@ -39,7 +39,8 @@ class Events:
 
     Attributes
     ----------
-    model : Membrane, Cable or CableNet
+    model : ContactModel
+        `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, or one of your own.
         Its load is multiplied by the factors below.
     start, stop : float
         Range of load factors that was followed.
@@ -140,7 +141,8 @@ def events(model: ContactModel, stop: float, *, start: float = 0.0) -> Events:
 
     Parameters
     ----------
-    model : Membrane, Cable or CableNet
+    model : ContactModel
+        `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, or one of your own.
         The load that is multiplied.
     stop : float
         Load factor at which to stop, > start.
@@ -170,7 +172,7 @@ def events(model: ContactModel, stop: float, *, start: float = 0.0) -> Events:
     1   3.0     1  settles
     """
     if not isinstance(model, ContactModel):
-        raise TypeError(f"model must be a Membrane, a Cable or a CableNet, got {type(model).__name__}")
+        raise TypeError(f"model must be a model, as Membrane, Cable or Beam, got {type(model).__name__}")
     start, stop = finite_number(start, "start"), finite_number(stop, "stop")
     if not start < stop:
         raise ValueError(f"stop must be > start, got start={start:g}, stop={stop:g}")

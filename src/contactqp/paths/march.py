@@ -94,7 +94,8 @@ def march(
 
     Parameters
     ----------
-    model : Membrane, Cable or CableNet
+    model : ContactModel
+        `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, or one of your own.
         What moves; its frame and its support stay. It is never modified.
     times : sequence of float
         Ascending, at least two; the first is that of the initial state. Equal steps share one matrix, and what a
@@ -142,7 +143,7 @@ def march(
     0.0
     """
     if not isinstance(model, ContactModel):
-        raise TypeError(f"model must be a Membrane, a Cable or a CableNet, got {type(model).__name__}")
+        raise TypeError(f"model must be a model, as Membrane, Cable or Beam, got {type(model).__name__}")
     one_of(on_failure, ("warn", "raise", "ignore"), "on_failure")
     one_of(method, ("crank-nicolson", "euler"), "method")
     instants = _checked_times(times)

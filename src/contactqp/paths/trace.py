@@ -38,7 +38,8 @@ def trace(
 
     Parameters
     ----------
-    model : Membrane, Cable or CableNet
+    model : ContactModel
+        `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, or one of your own.
         What is varied; it is never modified.
     loads : sequence of float, optional
         Factors of the model's load: proportional loading. Give exactly one of loads, tensions and lifts.
@@ -74,7 +75,7 @@ def trace(
     ([105, 225, 303], True)
     """
     if not isinstance(model, ContactModel):
-        raise TypeError(f"model must be a Membrane, a Cable or a CableNet, got {type(model).__name__}")
+        raise TypeError(f"model must be a model, as Membrane, Cable or Beam, got {type(model).__name__}")
     parameter, values = _chosen({"load": loads, "tension": tensions, "lift": lifts})
     model = reachable(model, (VARIED[parameter](model, float(value)) for value in values))
     # The reason for "auto" is the same at every load, and would hide which solutions were restored.

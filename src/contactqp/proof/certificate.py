@@ -211,7 +211,7 @@ class Certificate:
     def _physical(self, attribute: str) -> ContactModel:
         if self.model is None:
             raise AttributeError(
-                f"{attribute} needs a Membrane, a Cable or a CableNet; "
+                f"{attribute} needs a model, as Membrane, Cable or Beam; "
                 "this certificate is of a bare ContactQP, certify the model"
             )
         return self.model

@@ -32,7 +32,7 @@ class Status(StrEnum):
 
 _ADVICE = {
     Status.CERTIFIED: f"{DISCRETE.capitalize()} is proven to lie within tol of the answer.",
-    Status.UNPROVEN: "Its residual is within tol, but no proven bound of its error: loosen tol, or check it otherwise.",
+    Status.UNPROVEN: "Its residual is small, but nothing is proven of its error: polish() it, or take active-set.",
     Status.INACCURATE: "Use it with the bound that it achieved, loosen tol, or take another backend.",
     Status.ITERATION_LIMIT: "Raise max_iter, pass this answer as warm_start, or take another backend.",
     Status.TIME_LIMIT: "Raise time_limit, pass this answer as warm_start, or take another backend.",

@@ -608,7 +608,7 @@ class Solution:
     def _physical(self, attribute: str) -> ContactModel:
         if self.model is None:
             raise AttributeError(
-                f"{attribute} needs a Membrane, a Cable or a CableNet; "
+                f"{attribute} needs a model, as Membrane, Cable or Beam; "
                 "this solution is of a bare ContactQP, which knows gap and reaction only"
             )
         return self.model
