@@ -56,6 +56,17 @@ def test_it_agrees_with_active_sets_and_its_energy_falls(seed, size, preconditio
     assert (np.diff(energy) <= 1e-12 * np.abs(energy).max(initial=1.0)).all()
 
 
+def test_a_stiff_beam_is_certified_though_its_gradient_vanishes_before_the_error_does():
+    nodes, length, drop = 1000, 10.0, 0.5
+    spacing = length / (nodes + 1)
+    second = sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(nodes, nodes))
+    stiffness = (second.T @ second).tocsr() / spacing**3
+    solution = cq.solve(cq.ContactQP(stiffness, spacing - stiffness @ np.full(nodes, drop)), "mprgp", tol=1e-8)
+    assert solution.status == "certified"
+    free = (1 + np.flatnonzero(solution.certificate.contact)[0]) * spacing
+    np.testing.assert_allclose(free, (24 * drop) ** 0.25, rtol=3e-3)  # of the beam itself, with p = EI = 1
+
+
 def test_a_mesh_with_obtuse_angles_is_certified():
     problem = cq.ContactQP(*bowl_on_triangles(70))
     solution = cq.solve(problem, "mprgp")

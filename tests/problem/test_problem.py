@@ -247,6 +247,19 @@ def test_the_gap_scale_is_a_mean_of_the_gap_and_scales_with_it():
     assert cq.ContactQP(cable.problem.G, np.zeros(59)).gap_scale == 1.0
 
 
+def test_forces_at_few_nodes_of_a_band_do_not_make_the_scale_small():
+    """A beam on a foundation is clear at its ends alone: the mean of all gaps says nothing of these."""
+    size = 4000
+    off = -np.ones(size - 1)
+    bend = sparse.diags_array([off, np.full(size, 2.0), off], offsets=[-1, 0, 1])
+    stiffness = (bend @ bend + sparse.eye_array(size)).tocsr()
+    support = 0.3 + 0.2 * np.sin(6 * np.pi * np.arange(1, size + 1) / (size + 1))
+    problem = cq.ContactQP(stiffness, 0.5 - stiffness @ support)
+    gap = cq.solve(problem, "active-set").gap
+    assert np.flatnonzero(gap).tolist() == [0, size - 1]
+    assert 0.2 * gap.max() < problem.gap_scale < 5 * gap.max()
+
+
 def test_without_any_force_the_bounds_are_what_the_gap_scale_is_made_of():
     lifted = 1e-9 * np.array([2.0, 3.0])
     assert cq.ContactQP(np.eye(2), -lifted, lower=lifted).gap_scale == lifted.max()

@@ -167,6 +167,16 @@ class Random(Sound):
         return super().improved(problem, gap, np.random.default_rng().uniform(0.5, 0.9))
 
 
+class Rounds(Sound):
+    """Adds up in another order each time, and says so."""
+
+    repeatable = False
+
+    def improved(self, problem, gap, damping):
+        noise = np.random.default_rng().uniform(-1e-15, 1e-15, gap.size)
+        return problem.project(super().improved(problem, gap, damping) + noise * (gap > 0))
+
+
 class Global(Sound):
     """Keeps the problem at hand where all threads find it."""
 
@@ -258,6 +268,17 @@ def test_a_sound_backend_passes():
     report = check_backend(Sound())
     assert report.ok, report
     assert {result.outcome for result in report.results} == {"pass", "skip"}
+
+
+def test_answers_that_repeat_to_rounding_pass_where_that_is_declared():
+    def determinism(backend):
+        return next(result for result in check_backend(backend).results if result.check == "determinism")
+
+    assert determinism(Rounds()).outcome == "pass"
+    undeclared, random = Rounds(), Random()
+    vars(undeclared)["repeatable"], vars(random)["repeatable"] = True, False
+    assert determinism(undeclared).expected == "the same gap twice, to the bit"
+    assert determinism(random).expected == "the same gap twice, to rounding"
 
 
 @pytest.mark.parametrize("name", BACKENDS)

@@ -361,6 +361,9 @@ class Backend(ABC):
         tol 1e-6, by order of magnitude; None if no such size has been met. Only default lists keep to it.
     reachable_tol : float or None
         The tightest power of ten that it certifies for the paper's hexagon at all ten loads, if that was measured.
+    repeatable : bool
+        Whether the same call gives the same answer to the bit; else to rounding, as where sums depend on where in
+        memory their terms stand.
     """
 
     name: ClassVar[str]
@@ -374,6 +377,7 @@ class Backend(ABC):
     has_own_defaults: ClassVar[bool] = False
     practical_size: ClassVar[int | None] = None
     reachable_tol: ClassVar[float | None] = None
+    repeatable: ClassVar[bool] = True
 
     def solve(self, problem: ContactProblem, task: Task, *_: Any, **options: Any) -> Answer:
         """Solve the dimensionless ``problem``: l ≤ ω ≤ u, with zero always among the admissible gaps."""

@@ -69,6 +69,7 @@ class Member(Backend):
             does_without=() if self.facts.definite else (Need.DEFINITE,),
             practical_size=through.practical_size,
             reachable_tol=through.reachable_tol,
+            repeatable=self.facts.repeatable,
         )
 
     @staticmethod

@@ -24,6 +24,11 @@ _MAX_ITERATIONS = 20_000
 _ROUNDING = 8 * np.finfo(float).eps
 _LOOK_AGAIN = 0.1
 """The judge is asked once the projected gradient has fallen by this factor since it was asked last."""
+_RENEWALS = 5
+"""So often is the gradient computed anew where it has vanished to rounding, and the judge is not satisfied.
+
+It is updated from step to step, and the roundings of that add up; an ill-conditioned matrix makes much of little.
+"""
 
 
 class Mprgp(Backend):
@@ -75,17 +80,22 @@ class Mprgp(Backend):
         budget = _MAX_ITERATIONS if task.max_iter is None else task.max_iter
         stop, why, done, look, direction = Stop.ITERATION_LIMIT, "iteration limit", 0, task.tol, None
         records: list[tuple[float, float]] = []
+        level, renewals = _ROUNDING, _RENEWALS
         while True:
             free, pulled = face.split()
             size = float(np.abs(np.where(free, face.gradient, pulled)).max())
             if history:
                 records.append((size, face.energy(face.x)))
-            rounding = size <= _ROUNDING * max(1.0, float(np.abs(face.x).max()))
+            rounding = size <= level * max(1.0, float(np.abs(face.x).max()))
             if size <= look or rounding:
                 look, gap = _LOOK_AGAIN * size, ordered.outwards(face.x)
-                if task.accepts(gap) or rounding:
+                if task.accepts(gap) or (rounding and not renewals):
                     stop, why = Stop.DONE, f"projected gradient {size:.2g}"
                     break
+                if rounding:
+                    level, renewals, direction = _LOOK_AGAIN * level, renewals - 1, None
+                    face.renew()
+                    continue
             if done >= budget:
                 break
             if task.seconds_left <= 0:

@@ -71,6 +71,8 @@ class Facts:
         Whether it relies on a positive definite matrix.
     warm : bool
         Whether it takes a warm start.
+    repeatable : bool
+        See `contactqp.backends.base.Backend`.
     greets : str
         ``module:callable`` of what prints a greeting when it is called for the first time in a process.
     through : mapping of str to Through
@@ -92,6 +94,7 @@ class Facts:
     box: bool = True
     definite: bool = False
     warm: bool = False
+    repeatable: bool = True
     greets: str = ""
     through: Mapping[str, Through] = field(default_factory=dict)
 
@@ -121,6 +124,7 @@ SOLVERS: Mapping[str, Facts] = {
         iterations="max_iter",
         settings=_ABSOLUTE,
         warm=True,
+        repeatable=False,
         through={"qpsolvers": Through(3000, 1e-14), "cvxpy": Through(1000, 1e-13)},
     ),
     "highs": Facts(

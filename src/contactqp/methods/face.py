@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..algebra.power import generic_start, largest_growth
+from ..algebra.sparse import SparseStiffness
 from ..foundation.checks import Mask, Vector
 
 if TYPE_CHECKING:
@@ -56,6 +57,10 @@ class Face:
         largest = largest_growth(lambda x: np.asarray(matrix @ x), generic_start(q.size), _POWER_STEPS)
         self._length = expansion / (_SAFETY * largest)
         self.x, self.gradient = start, matrix @ start + q
+
+    def renew(self) -> None:
+        """Compute the gradient anew, in twice the precision."""
+        self.gradient, _ = SparseStiffness(self._matrix).accurate_product(self.x, np.zeros_like(self.x), self._q)
 
     def energy(self, x: Vector) -> float:
         """Return the energy of a point."""

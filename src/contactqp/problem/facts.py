@@ -73,7 +73,7 @@ class MatrixFacts:
     def mean_deflection(self, force: Vector) -> Vector:
         """Return the mean deflection that forces make, shape (...): a bound by the barrier, or an estimate.
 
-        That is exact, to rounding, in a narrow band, and a rough one by the diagonal elsewhere.
+        The rough one is by the diagonal; in a narrow band it is no less than the exact mean, to rounding.
 
         Parameters
         ----------
@@ -82,10 +82,12 @@ class MatrixFacts:
         """
         if self.barrier is not None:
             return np.asarray(self.barrier.mean_deflection(force))
-        if self._bend is not None:
-            bent = [np.abs(self._bend(one)).mean() for one in np.atleast_2d(force)]
-            return np.asarray(bent).reshape(force.shape[:-1])
-        return np.asarray((force / self.stiffness.diagonal()).max(axis=-1))
+        rough = np.asarray((force / self.stiffness.diagonal()).max(axis=-1))
+        if self._bend is None:
+            return rough
+        bent = [np.abs(self._bend(one)).mean() for one in np.atleast_2d(force)]
+        # Forces on few nodes of many hardly move the mean.
+        return np.asarray(np.maximum(rough, np.asarray(bent).reshape(force.shape[:-1])))
 
     @cached_property
     def _bend(self) -> Solve | None:
