@@ -127,6 +127,13 @@ def test_a_reader_that_has_enough_is_no_bad_input():
     assert b"contactqp:" not in result.stderr
 
 
+def test_python_runs_the_package_as_a_command():
+    result = subprocess.run(
+        [sys.executable, "-m", "contactqp", "--version"], capture_output=True, text=True, check=False
+    )
+    assert (result.returncode, result.stdout.split()[0]) == (0, "contactqp")
+
+
 # Certify.
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
@@ -19,6 +19,7 @@ from ..geometry.lattice import Lattice
 from ..geometry.on_arms import ArmField, at_points_of_line
 from .bending import BendingModel
 from .on_line import LineModel, lattice_on_line
+from .sensitive import Resistance, Values
 from .tension import Tension
 
 if TYPE_CHECKING:
@@ -241,6 +242,26 @@ class Beam(LineModel, BendingModel):
         return np.asarray(self._of_nodes(-np.diff(np.pad(rise, 1))))
 
     @property
+    def resistances(self) -> Mapping[str, Resistance]:
+        """See `ContactModel.resistances`: ``point_stiffness``, and ``bending_stiffness`` where it is one number."""
+        found = {"point_stiffness": Resistance((self._bending.size,), self._bent_by, self._share_of_points)}
+        if isinstance(self._rigidity, float):
+            found["bending_stiffness"] = Resistance(
+                (), self._bent_by, lambda depths, weights: self._share_of_points(depths, weights).sum()
+            )
+        return found
+
+    def _bent_by(self, depths: Vector, stiffness: Values) -> Vector:
+        """Return the force with which the points' bending alone pulls each node upwards, by their stiffness EI."""
+        moment = self._bends * stiffness * self._turns(np.diff(self.along_points(depths)))
+        return np.asarray(self._of_nodes(np.diff(np.pad(np.diff(moment), 1))))
+
+    def _share_of_points(self, depths: Vector, weights: Vector) -> Vector:
+        left, right = (int(held) for held in self._held)
+        turn = self._turns(np.diff(self.along_points(depths)))
+        return np.asarray(self._bends * turn * np.diff(np.pad(np.diff(np.pad(weights, (left, right))), 1)))
+
+    @property
     def _free(self) -> tuple[bool, bool]:
         left, right = (end == "free" for end in self.ends)
         return left, right
@@ -291,10 +312,19 @@ class Beam(LineModel, BendingModel):
     @cached_property
     def _bending(self) -> Vector:
         """EI/Δ³ at the points of the beam, 0 where the moment is (force per length), shape (points,)."""
-        count = self.size + sum(self._held)
-        at_points = np.array(np.broadcast_to(self._rigidity / self.lattice.spacing**3, (count,)))
+        return self._bends * self._rigidity
+
+    @cached_property
+    def _bends(self) -> Vector:
+        """1/Δ³ at the points of the beam, 0 where there is no moment, shape (points,)."""
+        at_points = np.full(self.size + sum(self._held), 1 / self.lattice.spacing**3)
         at_points[[0, -1]] *= [end == "clamped" for end in self.ends]
         return at_points
+
+    @staticmethod
+    def _turns(rise: Vector) -> Vector:
+        """Return Δ²w″ at the points, given what the arms rise by; clamped ends mirror what is beside them."""
+        return np.concatenate([2 * rise[:1], np.diff(rise), -2 * rise[-1:]])
 
     @cached_property
     def _stretching(self) -> Vector:
@@ -305,8 +335,7 @@ class Beam(LineModel, BendingModel):
     def _transmitted(self, below: Vector) -> tuple[Vector, Vector, Vector]:
         """Return M/Δ at the points, with the sign of w″, and the parts of bending and tension in the arms' force."""
         rise = np.diff(self.along_points(below))
-        turn = np.concatenate([2 * rise[:1], np.diff(rise), -2 * rise[-1:]])  # clamped ends mirror what is beside them
-        moment = self._bending * turn
+        moment = self._bending * self._turns(rise)
         return moment, -np.diff(moment), self._stretching * rise
 
     def pull(self, depths: Vector) -> Vector:

@@ -725,7 +725,8 @@ class Solution:
             ``.nc`` and ``.zarr`` (a folder): the dataset of `to_dataset` by the conventions of CF, with the whole model
             and where it comes from, which `contactqp.load_solution` reads; ``.csv``: a line for each node; ``.vtu``:
             the deflected shape, and ``.vti``: the fields of a lattice, for ParaView; ``.tif``: a GeoTIFF of a
-            membrane's fields; ``.geojson``: its contact patches.
+            membrane's fields; ``.geojson``: its contact patches. Of a bare problem ``.csv``, a line for each node, or
+            ``.npz``, arrays by name with the problem, which `contactqp.load_solution` reads as well.
 
         Returns
         -------
@@ -746,10 +747,13 @@ class Solution:
         >>> cq.load_solution(file).status.value
         'certified'
         """
-        from ..io.writers import write_solution
+        from ..io.writers import write_bare, write_solution
 
         path = Path(path)
-        write_solution(self, self._physical("save"), path)
+        if self.model is None:
+            write_bare(self, path)
+        else:
+            write_solution(self, self.model, path)
         return path
 
     def patches(self) -> pd.DataFrame:
