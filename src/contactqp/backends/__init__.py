@@ -210,7 +210,8 @@ def _obstacle(name: str, problem: ContactProblem) -> _Obstacle | None:
     """Return what stands against asking a backend, None if nothing does."""
     backend = _callable_backend(name)
     if isinstance(backend, str):
-        return _Obstacle(f"cannot be called: {backend}", missing=True)
+        told = backend.removeprefix(f"backend {name!r} ")
+        return _Obstacle(f"cannot be called: {told}", missing=True)
     try:
         backend.check_problem(problem)
     except UnsuitableProblemError as error:
