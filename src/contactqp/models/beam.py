@@ -81,7 +81,7 @@ class Beam(LineModel, BendingModel):
     is not, so that a concentrated reaction stands there as well. Over a flat floor f below its end a beam without
     tension spans a = (24 EI f/p)^¼ from a pinned end and comes down with the force pa/2, from a clamped one
     a = (72 EI f/p)^¼ and pa/3. On the lattice one or two nodes bear that force, whose ``contact_pressure`` grows as the
-    spacing shrinks; `spans` has it.
+    spacing shrinks; `spans` has it, to second order of the spacing over level ground.
 
     The energy ½∫EI w″² + T w′² + kw² of second and first differences gives the rows (1, -4, 6, -4, 1) EI/Δ³ of G,
     symmetric and of second order up to the ends: a pinned end, w = w″ = 0, leaves 5 on the diagonal beside it; a
@@ -145,7 +145,7 @@ class Beam(LineModel, BendingModel):
     >>> beam.spans(solution)[["kind", "start", "end", "reaction", "force_at_start"]].round(2)
           kind  start   end  reaction  force_at_start
     0     free    0.0   1.8      0.00             NaN
-    1  contact    1.8   8.2      8.14            0.82
+    1  contact    1.8   8.2      8.14            0.93
     2     free    8.2  10.0      0.00             NaN
 
     A cantilever over a step that its end comes down to:
@@ -408,18 +408,38 @@ class Beam(LineModel, BendingModel):
         }
 
     def facts_of_span(self, solution: Answered, nodes: slice) -> dict[str, float]:
-        """Return the largest bending moment, and the concentrated reactions where a contact stretch begins and ends.
+        r"""Return the largest bending moment, and the concentrated reactions where a contact stretch begins and ends.
 
-        At a node that its neighbours do not lift the reaction is q; what is beyond that is concentrated at the two
-        nodes next to a free span, where the beam comes down between them.
+        At a node that its neighbours do not lift the reaction is q, what the beam presses with on the spacing about it;
+        what is beyond that, L_i at the distances d_i from the middle of the arm beside the free span, is concentrated
+        at the two nodes next to it. The beam comes down between them, at t from that middle, with F, and rests only
+        from there on, pressing by ρ = q/Δ. Forces and moments are the same if F = ΣL + ρt and Ft - ρt²/2 = ΣLd, so that
+        F² = (ΣL)² + 2ρΣLd; the error is of second order. Where the ground makes ρ vary as much as itself from node to
+        node, and on stretches of one or two nodes, it is ΣL.
         """
         moment = self._of_nodes(self.internal_forces(solution.gap).moment)[nodes]
         largest = {"largest_moment": float(moment[np.argmax(np.abs(moment))])}
         if not solution.contact[nodes.start]:
             return largest | {"force_at_start": np.nan, "force_at_end": np.nan}
-        lifted = (solution.reaction - self.problem.q)[nodes]
+        resting = np.asarray(self.problem.q)[nodes]
+        lifted = np.asarray(solution.reaction)[nodes] - resting
         half = (lifted.size + 1) // 2
-        return largest | {"force_at_start": float(lifted[:half].sum()), "force_at_end": float(lifted[half:].sum())}
+        start, end = (lifted[:half], resting), (lifted[half:][::-1], resting[::-1])
+        return largest | {
+            "force_at_start": self._comes_down(*start) if nodes.start > 0 else float(start[0].sum()),
+            "force_at_end": self._comes_down(*end) if nodes.stop < self.size else float(end[0].sum()),
+        }
+
+    def _comes_down(self, lifted: Vector, resting: Vector) -> float:
+        """Return the concentrated reaction beside a free span, see `facts_of_span`; the nodes go away from that."""
+        total, spacing = float(lifted.sum()), self.lattice.spacing
+        pressing = float(resting[0]) / spacing
+        if resting.size < 3 or pressing <= 0 or not np.ptp(resting[:3]) < resting[0]:
+            return total
+        moment = float(lifted @ (spacing * (np.arange(lifted.size) + 0.5)))
+        squared = total**2 + 2 * pressing * moment
+        force = float(np.sqrt(max(squared, 0.0)))
+        return force if 0 <= force - total <= 2 * pressing * spacing else total
 
     def _mean_under(self, load: float) -> float:
         span, kept = self.span, sum(self._held)
