@@ -120,7 +120,7 @@ __all__ = [
     "trace",
 ]
 
-_MODULES = ("testing", "xarray")
+_MODULES = ("benchmark", "testing", "xarray")
 _PUBLIC = sorted([*__all__, *_MODULES, "__version__", "__doc__", "__all__", "__file__", "__name__", "__path__"])
 
 

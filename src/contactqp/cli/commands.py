@@ -28,6 +28,7 @@ from .application import (
 from .application import (
     app as app,
 )
+from .bench import bench as bench
 
 if TYPE_CHECKING:
     from ..foundation.brackets import Bracket
