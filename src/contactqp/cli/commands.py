@@ -293,6 +293,28 @@ def paper(
 
 
 @app.command()
+def explore(
+    case: Annotated[
+        Path | None, typer.Argument(help="Case file (TOML); without one, the paper's hexagon.", show_default=False)
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Write the page (.html).")] = Path("explorer.html"),
+) -> None:
+    """Write a page with sliders, which solves CASE anew in the browser and proves each answer, without a network.
+
+    Membranes and cables over one support, with a tension that is the same everywhere. The page also has the paper's
+    hexagon, a disk, a rectangle and a cable, each over several supports. Bokeh makes it, of the extra 'explore'.
+
+    Exit code 0: written; 2: bad input; 130: interrupted.
+    """
+    check_output("--out", out, (".html", ".htm"))
+    from ..explorer.page import explore as write_page
+
+    model, title = (None, "") if case is None else _read(case)
+    page = write_page(model, out, title=title or ("" if case is None else case.stem))
+    typer.echo(f"page: {page} ({page.stat().st_size / 1e6:.1f} MB)")
+
+
+@app.command()
 def backends() -> None:
     """List the backends: method, version, what they need, and what to install where one is missing."""
     from .tables import print_backends
