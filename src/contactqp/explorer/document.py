@@ -197,7 +197,8 @@ def _section() -> dict[str, Any]:
     downwards, upwards = Range1d(start=1, end=0), DataRange1d(start=0)
     heights = _plot(240, "Section: deflection and support", "section", x_range=across, y_range=downwards, tools="")
     heights.xaxis.visible = False
-    legend = Legend(orientation="horizontal", border_line_color=None, label_text_font_size="11px", padding=0, margin=2)
+    bare: dict[str, Any] = {"border_line_color": None, "padding": 0, "margin": 2, "label_text_font_size": "11px"}
+    legend = Legend(orientation="horizontal", **bare)
     heights.add_layout(legend, "above")
     heights.varea("x", "deflection", "support", source=source, fill_color=BLUE, fill_alpha=0.12, legend_label="gap")
     heights.line("x", "support", source=source, line_color=GROUND, line_width=3, legend_label="support")

@@ -20,6 +20,7 @@ const JACOBI = 16 / 9; // see `setFactors`
  * @property {Float64Array[]} stencil Centre, east, north, north-east, north-west, factor.
  * @property {Uint8Array} kind
  * @property {Float64Array} constant The six numbers of a point of kind 1.
+ * @property {Uint8Array} changed 1 for the rows that have to be, or have been, computed anew.
  */
 
 /**
@@ -59,7 +60,8 @@ function windowWeights(down, right) {
 function emptyOperator(rows, columns) {
   const size = (rows + 2) * (columns + 2);
   const stencil = Array.from({ length: 6 }, () => new Float64Array(size));
-  return { rows, columns, width: columns + 2, stencil, kind: new Uint8Array(size), constant: new Float64Array(6) };
+  const changed = new Uint8Array(rows + 2).fill(1), constant = new Float64Array(6);
+  return { rows, columns, width: columns + 2, stencil, kind: new Uint8Array(size), constant, changed };
 }
 
 /**
@@ -148,9 +150,10 @@ function constantRow(finer, down, right) {
  * @param {Operator} level
  */
 function setFactors(level) {
-  const { stencil, kind, width, rows, columns, constant } = level;
+  const { stencil, kind, width, rows, columns, constant, changed } = level;
   const [centre, east, north, northEast, northWest, factor] = stencil;
   for (let i = 1; i <= rows; i++) {
+    if (!changed[i] && !changed[i - 1]) continue;
     for (let p = i * width + 1; p <= i * width + columns; p++) {
       if (kind[p] < 2) {
         factor[p] = kind[p] ? constant[5] : 0;
@@ -166,13 +169,15 @@ function setFactors(level) {
 }
 
 /**
- * Write a coarse operator, its kinds and its factors.
+ * Write those rows of a coarse operator that a changed row of the finer one has a share in, with kinds and factors.
  * @param {Operator} fine
  * @param {Level} coarse
  */
 function coarsenOperator(fine, coarse) {
-  const { down, right, width, stencil, kind, constant } = coarse;
+  const { down, right, width, stencil, kind, constant, changed } = coarse;
   for (let i = 1; i <= coarse.rows; i++) {
+    changed[i] = fine.changed.subarray(down * i - down, down * i + down + 1).includes(1) ? 1 : 0;
+    if (!changed[i]) continue;
     for (let j = 1; j <= coarse.columns; j++) {
       const p = i * width + j, window = windowKind(fine, down * i, right * j, down, right);
       if (window < 2) {
@@ -219,20 +224,25 @@ class Hierarchy {
     this.cycleWork = 4 * points.reduce((sum, share, depth) => sum + (depth + 1) * share, 0);
   }
 
-  /** Compute all operators anew, after `finest.kind` has changed. */
+  /** Compute the operators anew, after `finest.kind` has changed in the rows of `finest.changed`. */
   update() {
-    const { stencil, kind, width, constant } = this.finest;
-    for (const p of this.lattice.nodes) {
-      const free = kind[p];
-      stencil[0][p] = free ? constant[0] : 0;
-      stencil[1][p] = free && kind[p + 1] ? constant[1] : 0;
-      stencil[2][p] = free && kind[p + width] ? constant[2] : 0;
+    const { stencil, kind, width, rows, columns, constant, changed } = this.finest;
+    const [centre, east, north] = stencil;
+    for (let i = 1; i <= rows; i++) {
+      if (!changed[i] && !changed[i + 1]) continue;  // the coupling to the next row is this one's
+      for (let p = i * width + 1; p <= i * width + columns; p++) {
+        const free = kind[p];
+        centre[p] = free ? constant[0] : 0;
+        east[p] = free && kind[p + 1] ? constant[1] : 0;
+        north[p] = free && kind[p + width] ? constant[2] : 0;
+      }
     }
     let finer = this.finest;
     for (const level of this.levels) {
       coarsenOperator(finer, level);
       finer = level;
     }
+    changed.fill(0);
   }
 
   /**
@@ -359,7 +369,7 @@ class ContactMultigrid {
    */
   restrictResidual() {
     const { lattice, q, floor } = this.problem, { omega, outOfBalance } = this;
-    const free = this.hierarchy.finest.kind, slope = 1 / this.reach;
+    const { kind: free, changed } = this.hierarchy.finest, slope = 1 / this.reach;
     let changes = 0, worst = 0;
     for (const p of lattice.nodes) {
       const reaction = pullAt(lattice, omega, p) + q[p];
@@ -367,6 +377,7 @@ class ContactMultigrid {
       if (isFree !== free[p]) {
         changes++;
         free[p] = isFree;
+        changed[Math.floor(p / lattice.width)] = 1;
       }
       outOfBalance[p] = isFree ? -reaction : 0;
       worst = Math.max(worst, -reaction, Math.min(reaction, slope * (omega[p] - floor[p])));
