@@ -40,10 +40,21 @@ def test_what_is_no_page_is_refused_before_anything_is_made(tmp_path):
 def test_the_command_tells_what_it_has_written(tmp_path):
     out = tmp_path / "cable.html"
     result = CliRunner().invoke(app, ["explore", "examples/cable.toml", "--out", str(out)])
-    assert re.fullmatch(rf"page: {re.escape(str(out))} \(\d\.\d MB\)\n", result.stdout), result.output
+    assert re.fullmatch(rf"explorer: {re.escape(str(out))} \(\d\.\d MB\)\n", result.stdout), result.output
     assert "cable over a flat floor" in out.read_text(encoding="utf-8")
     result = CliRunner().invoke(app, ["explore", "examples/pipeline_bending.toml", "--out", str(out)])
     assert (result.exit_code, "the explorer shows a Membrane or a Cable, got Beam" in result.stderr) == (2, True)
+
+
+def test_a_report_links_an_explorer_of_its_case(tmp_path):
+    (tmp_path / "with sliders").mkdir()
+    page, report = tmp_path / "with sliders" / "cable & floor.html", tmp_path / "report.html"
+    options = ["--backends", "psor", "--tol", "1e-3", "--report", str(report), "--explorer", str(page)]
+    result = CliRunner().invoke(app, ["compare", "examples/cable.toml", *options])
+    assert result.exit_code == 0, result.output
+    assert f"explorer: {page}" in result.stdout
+    assert '<a href="with%20sliders/cable%20%26%20floor.html">' in report.read_text(encoding="utf-8")
+    assert page.exists()
 
 
 FACTS = "contactqp.facts()"

@@ -25,7 +25,7 @@ from bokeh.models.widgets.buttons import Toggle
 from bokeh.models.widgets.groups import RadioButtonGroup
 from bokeh.models.widgets.inputs import Select
 from bokeh.models.widgets.sliders import Slider
-from bokeh.palettes import Viridis256
+from bokeh.palettes import Blues256, Oranges256
 from bokeh.plotting import figure
 
 from ..plotting.style import BLUE, CLEAR, CONTACT, GROUND, INK, UNDECIDED
@@ -34,7 +34,7 @@ _NOWHERE = "#ffffff00"
 """The colour of points that are no nodes: none."""
 
 _CELLS = "state", "gap", "lower", "upper", "pressure", "deflection", "support"
-_PLACES = "x", "deflection", "support", "gap", "lower", "upper", "pressure", "state"
+_PLACES = "x", "deflection", "support", "foot", "gap", "lower", "upper", "pressure", "state"
 
 _STATES = "return ['', 'clear', 'undecided', 'in contact'][value] ?? '';"
 _NUMBER = "return Number.isFinite(value) ? String(Number(value.toPrecision(6))) : '–';"
@@ -156,15 +156,15 @@ def _map() -> dict[str, Any]:
     plot.toolbar.active_scroll = None
     mappers = {
         "state": LinearColorMapper(palette=[CLEAR, UNDECIDED, CONTACT], low=0.5, high=3.5, nan_color=_NOWHERE),
-        "gap": LinearColorMapper(palette=Viridis256, low=0, high=1, nan_color=_NOWHERE),
-        "pressure": LinearColorMapper(palette=Viridis256, low=0, high=1, nan_color=_NOWHERE),
+        "gap": LinearColorMapper(palette=Blues256[::-1], low=0, high=1, nan_color=_NOWHERE),
+        "pressure": LinearColorMapper(palette=Oranges256[::-1], low=0, high=1, nan_color=_NOWHERE),
     }
     places = {"x": "x", "y": "y", "dw": "width", "dh": "height"}
     images = [
         plot.image(image=name, source=source, color_mapper=mapper, visible=name == "state", **places)
         for name, mapper in mappers.items()
     ]
-    bar = ColorBar(color_mapper=mappers["gap"], title="gap", visible=False, width=12)
+    bar = ColorBar(color_mapper=mappers["gap"], visible=False, width=12)
     plot.add_layout(bar, "right")
     line = Span(location=0, dimension="width", line_color=INK, line_width=1, line_dash="dashed")
     plot.add_layout(line)
@@ -200,7 +200,7 @@ def _section() -> dict[str, Any]:
     bare: dict[str, Any] = {"border_line_color": None, "padding": 0, "margin": 2, "label_text_font_size": "11px"}
     legend = Legend(orientation="horizontal", **bare)
     heights.add_layout(legend, "above")
-    heights.varea("x", "deflection", "support", source=source, fill_color=BLUE, fill_alpha=0.12, legend_label="gap")
+    heights.varea("x", "deflection", "foot", source=source, fill_color=BLUE, fill_alpha=0.12, legend_label="gap")
     heights.line("x", "support", source=source, line_color=GROUND, line_width=3, legend_label="support")
     stretched = heights.line("x", "deflection", source=source, line_color=BLUE, line_width=2, legend_label="deflection")
     heights.scatter("x", "deflection", source=source, size=3, color=BLUE)

@@ -23,13 +23,21 @@ function mapOf(scene, problem, answer) {
   const { lattice, height } = problem, { certificate, gap } = answer, { sign, area } = scene;
   return {
     state: onRectangle(lattice, (p) => certificate.state[p]),
-    gap: onRectangle(lattice, (p) => gap[p]),
-    lower: onRectangle(lattice, (p) => certificate.lower[p]),
-    upper: onRectangle(lattice, (p) => certificate.upper[p]),
+    gap: onRectangle(lattice, (p) => overSupport(problem, gap, p)),
+    lower: onRectangle(lattice, (p) => overSupport(problem, certificate.lower, p)),
+    upper: onRectangle(lattice, (p) => overSupport(problem, certificate.upper, p)),
     pressure: onRectangle(lattice, (p) => pressureAt(certificate, p) / area),
     deflection: onRectangle(lattice, (p) => sign * (height[p] - gap[p])),
     support: onRectangle(lattice, (p) => (problem.floor[p] === 0 ? sign * height[p] : NaN)),
   };
+}
+
+/**
+ * A gap, or nothing where there is no support, and gaps are counted from the frame.
+ * @param {Problem} problem @param {Float64Array} gaps @param {number} p @returns {number}
+ */
+function overSupport({ floor, lattice }, gaps, p) {
+  return lattice.mask[p] === 1 && floor[p] === 0 ? gaps[p] : NaN;
 }
 
 /** R, and 0 where a node is certainly clear, where R is rounding. @param {Certificate} certificate @param {number} p */
@@ -49,14 +57,16 @@ function sectionOf(scene, problem, answer, row) {
   const of = (/** @type {(p: number) => number} */ at) => Float64Array.from(place, at);
   const joined = (/** @type {number} */ p) =>
     mask[p] || (p > first && mask[p - 1]) || (p < first + width - 1 && mask[p + 1]);
-  const known = (/** @type {number} */ p) => mask[p] === 1 && floor[p] === 0;
+  const deflection = of((p) => (mask[p] ? sign * (height[p] - gap[p]) : joined(p) ? sign * height[p] : NaN));
+  const support = of((p) => (mask[p] === 1 && floor[p] === 0 ? sign * height[p] : NaN));
   return {
     x: Float64Array.from({ length: width }, (_, j) => left + (j - 1) * spacing),
-    deflection: of((p) => (mask[p] ? sign * (height[p] - gap[p]) : joined(p) ? sign * height[p] : NaN)),
-    support: of((p) => (known(p) ? sign * height[p] : NaN)),
-    gap: of((p) => (mask[p] ? gap[p] : NaN)),
-    lower: of((p) => (mask[p] ? certificate.lower[p] : NaN)),
-    upper: of((p) => (mask[p] ? certificate.upper[p] : NaN)),
+    deflection,
+    support,
+    foot: support.map((height, j) => (Number.isNaN(height) ? deflection[j] : height)),
+    gap: of((p) => overSupport(problem, gap, p)),
+    lower: of((p) => overSupport(problem, certificate.lower, p)),
+    upper: of((p) => overSupport(problem, certificate.upper, p)),
     pressure: of((p) => (mask[p] ? pressureAt(certificate, p) / area : 0)),
     state: Array.from(place, (p) => ["", "clear", "undecided", "in contact"][certificate.state[p]]),
   };

@@ -37,7 +37,7 @@ function chooseScene() {
   setSlider(ui.lift, { value: 0, ...scene.lift, label: "lift of the support" });
   ui.relief.value = 1;
   const { rows } = scene.lattice;
-  ui.row.setv({ start: 0, end: Math.max(1, rows - 1), value: Math.floor((rows - 1) / 2), disabled: rows === 1 });
+  ui.row.setv({ start: 0, end: Math.max(1, rows - 1), value: Math.floor((rows - 1) / 2), visible: rows > 1 });
   for (const element of document.querySelectorAll("[data-plane]")) {
     /** @type {HTMLElement} */ (element).hidden = rows === 1;
   }
@@ -142,7 +142,7 @@ function cutAt(y) {
 function chooseQuantity(index) {
   ui.images.forEach((/** @type {any} */ image, /** @type {number} */ k) => (image.visible = k === index));
   ui.bar.visible = index > 0;
-  if (index > 0) ui.bar.setv({ color_mapper: [ui.gap_mapper, ui.pressure_mapper][index - 1], title: ["gap", "contact pressure"][index - 1] });
+  if (index > 0) ui.bar.color_mapper = [ui.gap_mapper, ui.pressure_mapper][index - 1];
   document.getElementById("contactqp-legend").hidden = index > 0;
 }
 
