@@ -1,5 +1,6 @@
 """The explorer's page: one file that asks for nothing, in a browser, by its sliders."""
 
+import json
 import re
 
 import pytest
@@ -37,11 +38,24 @@ def test_what_is_no_page_is_refused_before_anything_is_made(tmp_path):
     assert (result.exit_code, "--out: cannot write the file" in result.stderr) == (2, True)
 
 
+def names_of(page):
+    """Return the names of a page's scenes."""
+    [records] = re.findall(r'id="contactqp-scenes">(.*?)</script>', page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    return [record["name"] for record in json.loads(records)]
+
+
+def test_no_two_scenes_have_one_name(tmp_path):
+    cable = cq.Cable(nodes=9, spacing=1.0, tension=1.0, load=1.0, support=1.0)
+    names = names_of(cq.explore(cable, tmp_path / "x.html", title="cable"))
+    assert names[0] == "cable (the case)"
+    assert len(set(names)) == len(names) == 6
+
+
 def test_the_command_tells_what_it_has_written(tmp_path):
     out = tmp_path / "cable.html"
     result = CliRunner().invoke(app, ["explore", "examples/cable.toml", "--out", str(out)])
     assert re.fullmatch(rf"explorer: {re.escape(str(out))} \(\d\.\d MB\)\n", result.stdout), result.output
-    assert "cable over a flat floor" in out.read_text(encoding="utf-8")
+    assert names_of(out)[0] == "cable over a flat floor"
     result = CliRunner().invoke(app, ["explore", "examples/pipeline_bending.toml", "--out", str(out)])
     assert (result.exit_code, "the explorer shows a Membrane or a Cable, got Beam" in result.stderr) == (2, True)
 
@@ -115,6 +129,8 @@ def test_a_slider_is_moved_and_the_map_is_that_of_python(file):
         page.ask("Bokeh.documents[0].get_model_by_name('scene').value = 'the paper\\'s hexagon'")
         hexagon = page.wait(f"{FACTS}.scene.includes('hexagon') && {FACTS}")
         assert (hexagon["load"], hexagon["contact"], hexagon["clear"]) == (0.03, 303, 1554)
+        label = f"{VIEW.format(name='map')}.el.getAttribute('aria-label')"
+        assert page.ask(label) == "Map of the nodes: 303 in contact, 1554 clear, 0 undecided."
 
         page.ask("Bokeh.documents[0].get_model_by_name('play').active = true")  # the load grows
         page.wait(f"{FACTS}.load !== 0.03 && {FACTS}.contact !== 303")

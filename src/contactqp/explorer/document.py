@@ -207,7 +207,7 @@ def _section() -> dict[str, Any]:
     pressures = _plot(150, "Section: contact pressure", "reactions", x_range=across, y_range=upwards, tools="")
     bars = pressures.vbar("x", 1.0, "pressure", source=source, color=CONTACT)
     told = [
-        ("x", "@x"),
+        ("x", "@x{0.[000]}"),
         ("state", "@state"),
         ("deflection", "@deflection{custom}"),
         ("gap", "@gap{custom}"),

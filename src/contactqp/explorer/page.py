@@ -60,7 +60,9 @@ def explore(model: ContactModel | None = None, path: str | PathLike[str] = "expl
     require_writable(file, (".html", ".htm"), "page")
     scenes = list(presets())
     if model is not None:
-        scenes.insert(0, Scene(title or "the case", shown(model)))
+        name = title or "the case"
+        taken = name in [scene.name for scene in scenes]
+        scenes.insert(0, Scene(f"{name} (the case)" if taken else name, shown(model)))
     text = _page(scenes, title or "Contact explorer")
     with replaced_as_a_whole(file) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
