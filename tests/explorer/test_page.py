@@ -24,7 +24,7 @@ def file(tmp_path_factory):
 
 def test_the_page_is_one_file_of_a_few_megabytes_that_refers_to_no_other(file):
     text = file[1].read_text(encoding="utf-8")
-    assert len(text) < 4e6
+    assert len(text) < 3e6
     tags = re.sub(r"(<script[^>]*>).*?</script>", r"\1", text, flags=re.DOTALL)  # scripts hold tags in their texts
     assert not re.findall(r"<(?:script|img|iframe)[^>]* src=|<link[^>]* href=\"(?!data:,)", tags)
     assert "default-src 'none'" in text

@@ -22,6 +22,7 @@
  * @property {Float64Array} height What gaps are measured from: the support's depth, or any where there is none; on the
  *   frame its own depth (length).
  * @property {Float64Array} floor  Lower bound of the gap: 0, or -Infinity where there is no support.
+ * @property {number} datum        Mean depth of the frame, from which deflections are measured (length).
  * @property {Float64Array} q      Reaction that would hold the gap zero (force), at the nodes; 0 elsewhere.
  */
 
@@ -70,12 +71,13 @@ function pullAt(lattice, grid, p) {
  * @param {Float64Array} load
  * @param {Float64Array} height
  * @param {Float64Array} floor
+ * @param {number} datum
  * @returns {Problem}
  */
-function poseProblem(lattice, load, height, floor) {
+function poseProblem(lattice, load, height, floor, datum) {
   const q = new Float64Array(lattice.mask.length);
   for (const p of lattice.nodes) q[p] = load[p] - pullAt(lattice, height, p);
-  return { lattice, load, height, floor, q };
+  return { lattice, load, height, floor, datum, q };
 }
 
 /**
@@ -123,7 +125,7 @@ function coarserProblem(problem) {
   const load = new Float64Array(size);
   restrictTo(problem.load, rows, width, load, coarseRows, coarseColumns, down, right);
   for (let p = 0; p < size; p++) if (!coarseMask[p]) load[p] = 0;
-  return { problem: poseProblem(lattice, load, height, floor), down, right };
+  return { problem: poseProblem(lattice, load, height, floor, problem.datum), down, right };
 }
 
 /**

@@ -38,17 +38,17 @@ function unpackBytes(packed) {
   return Uint8Array.from(atob(packed), (character) => character.charCodeAt(0));
 }
 
-/** @param {string} packed @returns {Float64Array} */
-function unpackNumbers(packed) {
-  return new Float64Array(unpackBytes(packed).buffer);
+/** @param {string|number} packed One number stands for all. @param {number} size @returns {Float64Array} */
+function unpackNumbers(packed, size) {
+  return typeof packed === "number" ? new Float64Array(size).fill(packed) : new Float64Array(unpackBytes(packed).buffer);
 }
 
 /** @param {any} record @returns {Scene} */
 function unpackScene(record) {
-  const supports = new Map(Object.entries(record.supports).map(([name, packed]) => [name, unpackNumbers(packed)]));
   const lattice = makeLattice(record.rows, record.columns, unpackBytes(record.mask), ...record.arms);
-  const [pattern, frame] = [unpackNumbers(record.pattern), unpackNumbers(record.frame)];
-  return { ...record, lattice, pattern, frame, supports };
+  const numbers = (/** @type {string|number} */ packed) => unpackNumbers(packed, lattice.mask.length);
+  const supports = new Map(Object.entries(record.supports).map(([name, packed]) => [name, numbers(packed)]));
+  return { ...record, lattice, pattern: numbers(record.pattern), frame: numbers(record.frame), supports };
 }
 
 /**
@@ -68,7 +68,7 @@ function problemOf(scene, wish) {
     height[p] = there ? summit + wish.relief * (depth[p] - summit) - wish.lift : frame;
     floor[p] = there ? 0 : -Infinity;
   }
-  return poseProblem(lattice, load, height, floor);
+  return poseProblem(lattice, load, height, floor, frame);
 }
 
 /** Mean depth of the frame, from which gaps are measured where there is no support. @param {Scene} scene */

@@ -56,7 +56,8 @@ class Scene:
         Returns
         -------
         dict
-            Numbers, words, and arrays in base 64: bytes 0 and 1 for the nodes, else doubles, smallest byte first.
+            Numbers, words, and arrays in base 64: bytes 0 and 1 for the nodes, else doubles, smallest byte first, or
+            one number where all are equal.
         """
         model, lattice = self.model, self.model.lattice
         rows, columns = lattice.numbering.box
@@ -76,12 +77,10 @@ class Scene:
             "arms": [arm / tension["value"] for arm in arms],
             "tension": tension,
             "load": load,
-            "pattern": _packed(self._on_box(model.nodal_load / (load["value"] or 1.0))),
+            "pattern": self._on_box(model.nodal_load / load["value"] if load["value"] else model.node_area),
             "lift": _lift_of([own, *self.supports.values()], self._frame()),
-            "frame": _packed(self._boxed(self._frame())),
-            "supports": {
-                name: _packed(self._on_box(depth)) for name, depth in {self.own: own, **self.supports}.items()
-            },
+            "frame": _numbers(self._boxed(self._frame())),
+            "supports": {name: self._on_box(depth) for name, depth in {self.own: own, **self.supports}.items()},
             "labels": self._labels(),
         }
 
@@ -94,7 +93,7 @@ class Scene:
             "y": wanted.label("y"),
             "height": heights,
             "gap": wanted.label("gap"),
-            "pressure": wanted.label("contact pressure", pressure),
+            "pressure": wanted.label("pressure", pressure),
             "measure": "length" if isinstance(self.model, Cable) else "area",
         }
 
@@ -134,8 +133,12 @@ class Scene:
         rows, columns = self.model.lattice.numbering.box
         return grid[rows.start : rows.stop + 2, columns.start : columns.stop + 2]
 
-    def _on_box(self, values: Vector) -> Grid:
-        return self._boxed(self.model.lattice.numbering.to_grid(np.asarray(values, dtype=np.float64), ring=1))
+    def _on_box(self, values: Vector) -> str | float:
+        """Return the nodes' values on the grid, packed."""
+        everywhere = np.asarray(values, dtype=np.float64)
+        if repeated(everywhere) or bool((everywhere == everywhere[0]).all()):
+            return _numbers(everywhere)
+        return _numbers(self._boxed(self.model.lattice.numbering.to_grid(everywhere, ring=1)))
 
 
 def shown(model: ContactModel) -> Shown:
@@ -170,6 +173,12 @@ def _lift_of(supports: list[Vector], frame: Grid) -> dict[str, float]:
     level = float(frame.mean())
     most = float(np.abs(depths - level).max(initial=0.0)) or 1.0
     return {"least": -most, "most": most}
+
+
+def _numbers(values: NDArray[np.float64]) -> str | float:
+    """Return numbers packed, or a single one where all are equal and finite."""
+    first = float(values.flat[0])
+    return first if np.isfinite(first) and bool((values == first).all()) else _packed(values)
 
 
 def _packed(values: NDArray[Any]) -> str:

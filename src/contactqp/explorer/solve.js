@@ -14,14 +14,15 @@ const PATIENCE = 3; // cycles without gain, at the level of rounding errors, aft
  */
 
 /**
- * The largest deflection |height - ω|, but at least a millionth of the largest height.
+ * The largest deflection from the frame's mean height, but at least a millionth of the largest of the support.
  * @param {Problem} problem @param {Float64Array} omega @returns {number}
  */
 function errorScale(problem, omega) {
   let deflection = 0, height = 0;
   for (const p of problem.lattice.nodes) {
-    deflection = Math.max(deflection, Math.abs(problem.height[p] - omega[p]));
-    height = Math.max(height, Math.abs(problem.height[p]));
+    const own = problem.height[p] - problem.datum;
+    deflection = Math.max(deflection, Math.abs(own - omega[p]));
+    height = Math.max(height, Math.abs(own));
   }
   return Math.max(deflection, 1e-6 * height, UNDERFLOW);
 }
