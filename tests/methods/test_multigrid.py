@@ -135,7 +135,8 @@ def assert_sweeps_are_gauss_seidel(lattice, problem, rng, count):
 
 @given(lattices(), st.integers(1, 6))
 def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
-    assert_sweeps_are_gauss_seidel(*case, count)
+    lattice, problem, rng = case
+    assert_sweeps_are_gauss_seidel(lattice, problem, rng, count)
 
 
 @pytest.mark.parametrize("upper", [np.inf, 0.2])

@@ -37,7 +37,7 @@ def test_arms_that_end_beside_a_coarse_node_by_hand():
     arms=st.sampled_from([(1.0, 1.0), (1.0, 0.25), (0.0, 1.0)]),
 )  # fmt: skip
 def test_the_pass_over_the_rim_matches_its_twin(mask, seed, factors, arms):
-    down, right = factors
+    (down, right), (along_rows, along_columns) = factors, arms
     rows, columns = mask.shape[0] // down, mask.shape[1] // right
     coarse = np.ascontiguousarray(mask[down - 1 :: down, right - 1 :: right][:rows, :columns])
     beside = mask & ~np.logical_and.reduce([shifted(mask, *side) for side in SIDES])
@@ -46,7 +46,7 @@ def test_the_pass_over_the_rim_matches_its_twin(mask, seed, factors, arms):
     expected = np.zeros(coarse.shape)
     own = np.ix_(down * np.arange(1, rows + 1) - 1, right * np.arange(1, columns + 1) - 1)
     for up, beside_it in SIDES:
-        arm, joined, lines = (arms[0], right, down) if beside_it else (arms[1], down, right)
+        arm, joined, lines = (along_rows, right, down) if beside_it else (along_columns, down, right)
         first = arm + each
         both = (
             first
@@ -55,7 +55,9 @@ def test_the_pass_over_the_rim_matches_its_twin(mask, seed, factors, arms):
         )
         ends = coarse & ~shifted(coarse, up, beside_it)
         expected += np.where(ends, np.maximum(lines * (both[own] - arm / joined), 0.0), 0.0)
-    np.testing.assert_allclose(held_by(mask, ground, coarse, *arms, down, right), expected, rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(
+        held_by(mask, ground, coarse, along_rows, along_columns, down, right), expected, rtol=1e-13, atol=1e-15
+    )
 
 
 def series(arm, beyond):
