@@ -1,11 +1,16 @@
 """The pages in docs/ say what is so: their code is run, and its outputs are compared."""
 
+import ast
 import re
 from pathlib import Path
 
+import pytest
 from pages import run
 from test_readme import ROOT
 
+import contactqp as cq
+
+DOCS = Path(ROOT) / "docs"
 PAGE = (Path(ROOT) / "docs" / "a-backend.md").read_text(encoding="utf-8")
 
 
@@ -24,3 +29,50 @@ def test_it_takes_forty_lines():
     written = code[1].split("class LeastSquares", 1)[1]
     written = re.sub(r'"""(.|\n)*?"""', "", written)
     assert len([line for line in written.splitlines() if line.strip()]) <= 40
+
+
+def documented(page):
+    """The names that a page of the reference describes."""
+    text = (DOCS / "api" / f"{page}.rst").read_text(encoding="utf-8")
+    return set(re.findall(r"^   (\w+)$", text, flags=re.MULTILINE)) | set(re.findall(r"autodata:: [\w.]+\.(\w+)", text))
+
+
+def public_names(module):
+    """What a module says is public, read from its source: its libraries need not be installed."""
+    folder = Path(ROOT) / "src" / "contactqp"
+    source = next(path for path in (folder / f"{module}.py", folder / module / "__init__.py") if path.exists())
+    for statement in ast.parse(source.read_text(encoding="utf-8")).body:
+        if isinstance(statement, ast.Assign) and ast.unparse(statement.targets[0]) == "__all__":
+            return set(ast.literal_eval(statement.value))
+    raise AssertionError(f"{module} does not say what is public")
+
+
+def test_the_reference_has_every_public_name_once():
+    pages = [page.stem for page in (DOCS / "api").glob("*.rst")]
+    assert {"index", *MODULES} <= set(pages)
+    own = [name for page in pages if page not in {*MODULES, "xarray", "index", "backends"} for name in documented(page)]
+    assert sorted(own) == sorted(set(cq.__all__) - set(MODULES))
+
+
+MODULES = ["gallery", "profiles", "testing", "jax", "torch", "paper"]
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_the_reference_has_every_public_name_of_a_module(module):
+    assert documented(module) == public_names(module)
+
+
+def test_every_page_of_the_reference_is_in_its_index():
+    listed = documented("index")
+    assert listed == {page.stem for page in (DOCS / "api").glob("*.rst")} - {"index"}
+
+
+def pages_without_index(folder):
+    return [page for page in sorted((DOCS / folder).glob("*.md")) if page.stem not in {"index", "README"}]
+
+
+@pytest.mark.parametrize("page", pages_without_index("start"), ids=lambda page: page.stem)
+def test_a_page_prints_what_it_says(page, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    text = page.read_text(encoding="utf-8")
+    assert run(text, {"__name__": page.stem}) == text.count("```python")
