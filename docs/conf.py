@@ -28,9 +28,11 @@ extensions = [
     "sphinx.ext.autosummary",
     "numpydoc",
     "myst_nb",
+    "matplotlib.sphinxext.plot_directive",
     "sphinx_design",
+    "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_extensions", "_templates", "_static"]
+exclude_patterns = ["_extensions", "_templates", "_static", "gallery", "pictures/*.ipynb"]
 templates_path = ["_templates"]
 default_role = "autolink"
 nitpicky = True
@@ -54,6 +56,24 @@ myst_heading_anchors = 3
 nb_merge_streams = True
 nb_execution_mode = "off"  # notebooks are executed by "make notebooks", and their outputs are tested
 
+plot_include_source = True
+plot_html_show_source_link = False
+plot_html_show_formats = False
+plot_formats = [("png", 110)]
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "pictures",
+    "image_scrapers": ("pictures.figures_of_example",),
+    "capture_repr": ("_repr_html_", "__repr__"),
+    "download_all_examples": False,
+    "write_computation_times": False,
+    "show_memory": False,
+    "show_signature": False,
+    "plot_gallery": "True",
+    "abort_on_example_error": True,
+    "copyfile_regex": r"$^",
+}
+
 html_theme = "pydata_sphinx_theme"
 html_title = "contactqp"
 html_static_path = ["_static"]
@@ -62,7 +82,7 @@ html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {
     "navbar_align": "left",
-    "header_links_before_dropdown": 7,
+    "header_links_before_dropdown": 6,
     "show_prev_next": True,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],

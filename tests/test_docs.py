@@ -67,12 +67,33 @@ def test_every_page_of_the_reference_is_in_its_index():
     assert listed == {page.stem for page in (DOCS / "api").glob("*.rst")} - {"index"}
 
 
-def pages_without_index(folder):
-    return [page for page in sorted((DOCS / folder).glob("*.md")) if page.stem not in {"index", "README"}]
+PAGES = sorted(
+    page.relative_to(DOCS)
+    for folder in (".", "start", "howto", "theory", "coming-from")
+    for page in (DOCS / folder).glob("*.md")
+    if "```python" in page.read_text(encoding="utf-8") and page.stem not in {"a-backend", "ci"}
+)
+"""Pages whose code runs from its first line to its last; the others have tests of their own."""
 
 
-@pytest.mark.parametrize("page", pages_without_index("start"), ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.with_suffix("").as_posix())
 def test_a_page_prints_what_it_says(page, monkeypatch):
     monkeypatch.chdir(ROOT)
-    text = page.read_text(encoding="utf-8")
+    text = (DOCS / page).read_text(encoding="utf-8")
     assert run(text, {"__name__": page.stem}) == text.count("```python")
+
+
+def test_there_are_recipes_enough_and_each_is_in_their_index():
+    recipes = {page.stem for page in (DOCS / "howto").glob("*.md")} - {"index"}
+    index = (DOCS / "howto" / "index.md").read_text(encoding="utf-8")
+    assert len(recipes) >= 30
+    assert sorted(re.findall(r"^([\w-]+)$", index, flags=re.MULTILINE)) == sorted(recipes)
+
+
+def test_every_page_that_is_linked_is_there():
+    for page in sorted(DOCS.rglob("*.md")):
+        for target in re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text(encoding="utf-8")):
+            assert target.startswith(("../pictures", "../notebooks/")) or (page.parent / target).exists(), (
+                page,
+                target,
+            )

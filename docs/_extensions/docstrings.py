@@ -7,7 +7,7 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-_BAR_OUTSIDE_OF_CODE = re.compile(r"``.*?``|`[^`]*`|\|")
+_BAR_OUTSIDE_OF_CODE = re.compile(r"\\.|``.*?``|`[^`]*`|\|")
 
 
 def escape(line: str) -> str:

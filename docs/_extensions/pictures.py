@@ -1,4 +1,7 @@
-"""Every picture says in words what it shows: where nobody has written it, by the heading that it stands under."""
+"""Pictures: what the gallery's programs draw, and a text for each that says what it shows.
+
+Where nobody has written one it is the heading that the picture stands under.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,31 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
+from matplotlib.figure import Figure
 from sphinx.application import Sphinx
+
+
+def figures_of_example(block: Any, variables: dict[str, Any], settings: dict[str, Any]) -> str:
+    """Save the figures that a block of a gallery's program has made, and return how they are shown.
+
+    A model's own pictures are figures that pyplot does not know, so that they are found by their class.
+    """
+    shown = []
+    for figure in {id(each): each for each in variables["example_globals"].values()}.values():
+        if isinstance(figure, Figure) and not getattr(figure, "shown_by_gallery", False):
+            figure.shown_by_gallery = True  # type: ignore[attr-defined]
+            path = Path(next(variables["image_path_iterator"]))
+            figure.savefig(path, dpi=110, facecolor="white")
+            name = path.relative_to(settings["src_dir"]).as_posix()
+            shown.append(
+                f".. image-sg:: /{name}\n   :alt: {_title_of(variables['src_file'])}\n   :class: sphx-glr-single-img\n"
+            )
+    return "\n".join(shown)
+
+
+def _title_of(program: str) -> str:
+    """Return the first line of a program's docstring."""
+    return Path(program).read_text(encoding="utf-8").split("\n", 2)[1]
 
 
 def _heading_above(picture: nodes.image) -> str:
