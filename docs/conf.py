@@ -80,6 +80,8 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
+html_show_search_summary = False  # it fetches pages, which browsers refuse to those that are opened as files
+html_context = {"default_mode": "auto"}  # dark where the reader's system is
 html_theme_options = {
     "navbar_align": "left",
     "header_links_before_dropdown": 6,

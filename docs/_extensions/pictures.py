@@ -11,6 +11,7 @@ from typing import Any
 from docutils import nodes
 from matplotlib.figure import Figure
 from sphinx.application import Sphinx
+from sphinx_gallery.scrapers import figure_rst
 
 
 def figures_of_example(block: Any, variables: dict[str, Any], settings: dict[str, Any]) -> str:
@@ -18,17 +19,13 @@ def figures_of_example(block: Any, variables: dict[str, Any], settings: dict[str
 
     A model's own pictures are figures that pyplot does not know, so that they are found by their class.
     """
-    shown = []
+    saved = []
     for figure in {id(each): each for each in variables["example_globals"].values()}.values():
         if isinstance(figure, Figure) and not getattr(figure, "shown_by_gallery", False):
             figure.shown_by_gallery = True  # type: ignore[attr-defined]
-            path = Path(next(variables["image_path_iterator"]))
-            figure.savefig(path, dpi=110, facecolor="white")
-            name = path.relative_to(settings["src_dir"]).as_posix()
-            shown.append(
-                f".. image-sg:: /{name}\n   :alt: {_title_of(variables['src_file'])}\n   :class: sphx-glr-single-img\n"
-            )
-    return "\n".join(shown)
+            saved.append(next(variables["image_path_iterator"]))
+            figure.savefig(saved[-1], dpi=110, facecolor="white")
+    return figure_rst(saved, settings["src_dir"], fig_titles=_title_of(variables["src_file"]))
 
 
 def _title_of(program: str) -> str:
