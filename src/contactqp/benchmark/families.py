@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..foundation.checks import Vector
+from ..foundation.loading import load_modules
 from ..gallery import ball, beam_on_floor, bowl, cable_on_floor, paper_hexagon, spiral
 from ..geometry.frame import Frame
 from ..models.base import ContactModel
@@ -81,6 +82,7 @@ def _shallow(x: Vector, y: Vector) -> Vector:
 
 def _scattered(size: int) -> ContactQP:
     """Return springs of random stiffness between points in a square and their nearest neighbours, over a bowl."""
+    load_modules("scipy.sparse", "scipy.spatial")
     from scipy import sparse
     from scipy.spatial import KDTree
 

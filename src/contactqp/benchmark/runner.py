@@ -12,6 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
+from ..backends import get_backend, installed_backends
 from ..backends.base import Backend
 from ..comparison.provenance import machine, versions_of
 from ..foundation.checks import nearest
@@ -69,7 +70,7 @@ def run(
     """
     chosen = _narrowed(suite_of(suite), levels, families)
     place = Path(folder)
-    results = Results.begun(place, chosen, versions_of(()), machine())
+    results = Results.begun(place, chosen, versions_of(_packages()), machine())
     done = {record.key for record in results.records}
     with Progress(f"benchmark {chosen.name}") as progress, tempfile.TemporaryDirectory() as scratch:
         for family, number in _problems(chosen):
@@ -85,6 +86,12 @@ def run(
                     progress.update(f"{ask.problem}: {ask.backend}, {ask.level}")
                     results.add(_measured(ask, truth, Path(scratch)))
     return results
+
+
+def _packages() -> list[str]:
+    """Return the distributions behind the backends that can be called here."""
+    found = (get_backend(name) for name in installed_backends())
+    return [package for backend in found for package in (backend.package, *backend.also_needs)]
 
 
 def _narrowed(suite: Suite, levels: Sequence[str] | None, families: Sequence[str] | None) -> Suite:
