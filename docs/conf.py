@@ -44,7 +44,7 @@ autodoc_mock_imports = [name for name in ("torch", "jax") if importlib.util.find
 nitpick_ignore_regex = [
     ("py:.*", r"(?!contactqp).*"),
     # Modules that docstrings name for who reads the source:
-    ("py:obj", r"contactqp\.(algebra|foundation|geometry|problem|solving)\.[a-z_.]+"),
+    ("py:obj", r"contactqp\.(algebra|foundation|geometry|problem|proof|solving)\.[A-Za-z_.]+"),
 ]
 autosummary_ignore_module_all = False
 numpydoc_show_class_members = False
