@@ -52,6 +52,21 @@ def test_a_solver_that_nobody_finds_is_unknown(name):
         cq.solve(BOWL, name)
 
 
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("qpsolvers:gurobi", r"qpsolvers knows the solver 'gurobi', but .*; type: pip install 'qpsolvers\[gurobi\]'"),
+        ("qpsolvers:jaxopt_osqp", r"type: pip install 'qpsolvers\[jaxopt\]'"),
+        ("cvxpy:knitro", r"cvxpy knows the solver 'knitro', but .*; type: pip install 'cvxpy\[knitro\]'"),
+        ("cvxpy:cplex", "install it as cvxpy tells"),
+    ],
+)
+def test_a_solver_that_is_known_and_not_installed(name, told):
+    with pytest.raises(cq.MissingBackendError, match=f"backend '{name}' is missing: .*{told}"):
+        backends.get_backend(name)
+    assert cq.compare(BOWL, [name]).rows[0].status == "missing"
+
+
 def test_a_mistyped_name_gets_a_suggestion():
     with pytest.raises(cq.UnknownBackendError, match=r"did you mean 'qpsolvers:quadprog'\?"):
         backends.get_backend("qpsolvers:quadprogg")

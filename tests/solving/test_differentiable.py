@@ -166,6 +166,11 @@ def test_jax_differentiates_contact():
         mapped = jax.vmap(jax.grad(lambda load: contact(CABLE, load).deflection.sum()))(LOADS)
         alone = [jax.grad(lambda load: contact(CABLE, load).deflection.sum())(load) for load in LOADS]
         np.testing.assert_allclose(mapped, np.array(alone), rtol=1e-9)
+        everywhere = contact(CABLE, 1.1, 3.0)
+        np.testing.assert_allclose(everywhere.gap, contact(CABLE, np.full(19, 1.1), np.full(19, 3.0)).gap)
+        assert jax.grad(lambda load: contact(CABLE, load, 3.0).reaction.sum())(1.1).shape == ()
+        with pytest.raises(ValueError, match=r"load must be a number or have shape \(..., 19\), got \(4,\)"):
+            contact(CABLE, np.ones(4))
         from jax.test_util import check_grads
 
         check_grads(

@@ -30,6 +30,11 @@ class Cvxpy(Member):
         quadratic = {*defined.QP_SOLVERS, *map(str.upper, solvers_through("cvxpy"))}
         return [name.lower() for name in library.installed_solvers() if name in quadratic]
 
+    @staticmethod
+    def known_by(library: Any) -> list[str]:
+        """See `Member.known_by`."""
+        return [name.lower() for name in library.reductions.solvers.defines.QP_SOLVERS]
+
     def prepare(
         self, problem: ContactProblem, task: Task, *, eps: Positive | None = None, settings: Settings | None = None
     ) -> MemberState:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import import_module
+from importlib import import_module, metadata
 from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -103,6 +103,27 @@ class Member(Backend):
     def knows(cls, solver: str) -> bool:
         """Whether there is a solver of that name; the package is loaded only for one that is not in the table."""
         return solver in cls.listed() or solver in _found(cls)
+
+    @classmethod
+    def why_not_found(cls, solver: str) -> str | None:
+        """Return what to install for a solver that the package knows and does not find here; None if it knows none."""
+        if solver not in _known(cls):
+            return None
+        extra = solver.replace("_", "-")
+        extras = metadata.metadata(cls.family).get_all("Provides-Extra") or []
+        named = next((known for known in (extra, extra.split("-")[0]) if known in extras), None)
+        install = f"type: pip install '{cls.family}[{named}]'" if named else f"install it as {cls.family} tells"
+        return f"{cls.family} knows the solver {solver!r}, but does not find it here; {install}"
+
+    @staticmethod
+    @abstractmethod
+    def known_by(library: Any) -> list[str]:
+        """Return the names of all solvers of quadratic programs that the package could call, installed or not.
+
+        Parameters
+        ----------
+        library : module
+        """
 
     def require(self) -> None:
         """See `Backend.require`; the package must find the solver, too."""
@@ -330,6 +351,16 @@ def _found(member: type[Member]) -> tuple[str, ...]:
     try:
         with warnings_ignored():
             return tuple(member.offered(loaded(member.family)))
+    except Exception:
+        return ()
+
+
+@cache
+def _known(member: type[Member]) -> tuple[str, ...]:
+    """Return the solvers that a package knows, none where it is not installed or cannot be loaded."""
+    try:
+        with warnings_ignored():
+            return tuple(member.known_by(loaded(member.family)))
     except Exception:
         return ()
 

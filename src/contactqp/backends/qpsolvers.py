@@ -16,6 +16,8 @@ from .families import Found, Member, MemberState, Program, Question, Settings
 from .matrices import upper_triangle
 from .option_checks import Positive
 
+_CALLED = "_solve_problem"
+
 
 class QpSolvers(Member):
     """A solver that qpsolvers calls; started again with a tighter tolerance where the judge is not satisfied."""
@@ -26,6 +28,11 @@ class QpSolvers(Member):
     def offered(library: Any) -> list[str]:
         """See `Member.offered`."""
         return list(library.available_solvers)
+
+    @staticmethod
+    def known_by(library: Any) -> list[str]:
+        """See `Member.known_by`: a function is named after each."""
+        return [name.removesuffix(_CALLED) for name in dir(library.solvers) if name.endswith(_CALLED)]
 
     def prepare(
         self, problem: ContactProblem, task: Task, *, eps: Positive | None = None, settings: Settings | None = None
