@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..foundation.files import prepare_folder
 from . import latex, table
 from .facts import SURROGATE
 from .sections import middle_section, section_solutions
@@ -31,28 +32,6 @@ CAPTIONS = {
     "figs6-8.csv": "The same as data.",
 }
 """What each file of the folder shows; beside each picture there is a PDF of the same name, for print."""
-
-
-def prepare_folder(folder: Path) -> None:
-    """Make a folder if it is missing.
-
-    Raises
-    ------
-    ValueError
-        If there is a file of its name, or no folder to make it in.
-
-    Examples
-    --------
-    >>> prepare_folder(Path("no", "such", "folder"))
-    Traceback (most recent call last):
-    ...
-    ValueError: cannot make the folder no/such/folder: there is no folder no/such
-    """
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"cannot write into {folder}: it is a file, not a folder")
-    if not folder.absolute().parent.is_dir():
-        raise ValueError(f"cannot make the folder {folder}: there is no folder {folder.parent}")
-    folder.mkdir(exist_ok=True)
 
 
 def write_folder(found: Reproduction, folder: Path) -> tuple[Path, ...]:
