@@ -1,5 +1,14 @@
-"""Gallery: named problems with known answers, for tests, benchmarks and lectures."""
+"""Gallery: named problems with known answers, for tests, benchmarks and lectures.
 
+`names` lists the entries, `load` returns one in the shape of `Known`: model, exact deflection and reaction or published
+numbers, and their source. The other functions return models, and closed forms beside them, with parameters of their
+own.
+"""
+
+from . import cutest as _cutest  # noqa: F401  (entries are put into the catalogue where they are made)
+from . import options as _options  # noqa: F401
+from . import rough as _rough  # noqa: F401
+from . import seepage as _seepage  # noqa: F401
 from .beams import beam_on_floor
 from .cables import (
     cable_between_floor_and_ceiling,
@@ -9,10 +18,11 @@ from .cables import (
     cable_on_parabola,
     cable_on_posts,
 )
+from .catalogue import load, names
+from .known import Known, Quoted
 from .membranes import (
     PAPER_CORNERS,
     PAPER_LOADS,
-    ball,
     bowl,
     islands,
     l_shape_with_hole,
@@ -21,10 +31,13 @@ from .membranes import (
     spiral,
 )
 from .plates import plate_under_load
+from .radial import ball
 
 __all__ = [
     "PAPER_CORNERS",
     "PAPER_LOADS",
+    "Known",
+    "Quoted",
     "ball",
     "beam_on_floor",
     "bowl",
@@ -36,6 +49,8 @@ __all__ = [
     "cable_on_posts",
     "islands",
     "l_shape_with_hole",
+    "load",
+    "names",
     "orthotropic_ellipse",
     "paper_hexagon",
     "plate_under_load",
