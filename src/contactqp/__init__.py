@@ -14,8 +14,8 @@ Heights, deflections and loads are positive downwards.
 Models: `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, and `ContactQP` for a matrix of your own,
 `ContactLCP` for one that is not symmetric. Solving: `solve`, `solve_many`,
 `Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load), `refine`
-(finer meshes). Proofs: `certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts
-it.
+(finer meshes), `study` (a problem of the gallery against its closed form). Proofs: `certify` encloses the true
+solution, given any program's answer; `contactqp.testing` asserts it.
 
 PYTEST_DONT_REWRITE: pytest marks all that a wheel with a plugin holds, and warns of what was imported too early.
 """
@@ -68,6 +68,7 @@ from .solving.many import solve_many
 from .solving.solution import Solution
 from .solving.solve import solve
 from .solving.solver import Solver
+from .studies.study import Study, study
 
 __all__ = [
     "Beam",
@@ -94,6 +95,7 @@ __all__ = [
     "Solver",
     "Status",
     "Stencil",
+    "Study",
     "TimeHistory",
     "Touchdown",
     "UnknownBackendError",
@@ -117,6 +119,7 @@ __all__ = [
     "refine",
     "solve",
     "solve_many",
+    "study",
     "trace",
 ]
 
