@@ -28,7 +28,7 @@ from .application import (
 from .application import (
     app as app,
 )
-from .gallery_commands import study as _study  # noqa: F401  (commands register themselves)
+from .gallery_commands import export_dataset, study  # noqa: F401  (commands register themselves)
 
 if TYPE_CHECKING:
     from ..foundation.brackets import Bracket
