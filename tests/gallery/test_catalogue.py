@@ -97,6 +97,25 @@ def test_all_closed_forms_are_studied():
     assert all(known.source and known.spacing > 0 and repr(known) for known in entries)
 
 
+@pytest.mark.parametrize("name", [name for name in cq.gallery.names() if name not in SAME])
+def test_closed_forms_are_admissible_and_complementary(name):
+    known = small(name)
+    if known.deflection is None:
+        return
+    scale, model = np.abs(known.deflection).max(), known.model
+    if known.places is not None:
+        gap, room = known.deflection - model.lower, np.inf
+    else:
+        sign = -1 if model.upwards else 1
+        gap = sign * (model.support - known.deflection)
+        room = np.inf if model.ceiling is None else sign * (model.support - model.ceiling)
+    assert (gap >= -1e-12 * scale).all()
+    assert (gap <= room + 1e-12 * scale).all()
+    pressed, pulled = np.maximum(known.reaction, 0), np.maximum(-known.reaction, 0)
+    assert (pressed[gap > 1e-12 * scale] <= 0.51 * pressed.max()).all()  # a cell half in contact
+    assert (pulled[gap < room - 1e-12 * scale] <= 0.51 * pulled.max()).all()
+
+
 @pytest.mark.parametrize("name", SPACINGS)
 def test_answers_converge_to_the_closed_form(name):
     entries = [cq.gallery.load(name, n) for n in SPACINGS[name]]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..foundation.files import made_folder
 from ..foundation.terminal import line_width
 from ..foundation.text import folded, shortened
 from .application import (
@@ -279,9 +280,9 @@ def paper(
     Exit code 0: all certified, contact sets nested and the same by all backends; 1: not; 2: bad input;
     130: interrupted.
     """
-    from ..paper.folder import CAPTIONS, prepare_folder, write_folder
+    from ..paper.folder import CAPTIONS, write_folder
 
-    prepare_folder(out)
+    made_folder(out)
     from ..paper.reproduction import reproduce
     from ..paper.table import print_table
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ..foundation.terminal import line_width
-from ..foundation.text import folded
+from ..foundation.text import at_most, folded
 from .application import EXIT_NOT_CERTIFIED, EXIT_OK, PICTURES, Plot, TimeLimit, Tol, app, check_output, tolerance
 
 
@@ -108,7 +108,7 @@ def export_dataset(
 
     def told(found: Proved) -> None:
         what = f"{found.family:<20}{found.n:>5}{found.problem.size:>9} unknowns"
-        typer.echo(f"{what}  enclosed to {found.relative_width:.1e} of {found.scale:.3g}")
+        typer.echo(f"{what}  enclosed to {at_most(found.relative_width)} of {found.scale:.3g}")
 
     chosen = FAMILIES if families is None else [name.strip() for name in families.split(",")]
     found = export(folder, SIZES if sizes is None else _sizes(sizes), chosen, told=told)

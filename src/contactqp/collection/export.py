@@ -14,7 +14,7 @@ import numpy as np
 
 from .._version import __version__
 from ..foundation.checks import integer_at_least
-from ..foundation.files import replaced_as_a_whole
+from ..foundation.files import made_folder, replaced_as_a_whole
 from ..foundation.progress import Progress
 from ..gallery.catalogue import entry_of, names
 from .proved import WIDTH, Proved, prove
@@ -60,20 +60,15 @@ class Exported:
     refused: tuple[str, ...]
 
 
-def prepare_folder(folder: Path) -> None:
-    """Make a folder if it is missing.
+def _prepare(folder: Path) -> None:
+    """Make a folder if it is missing; refuse one with something in it that must not be mistaken for proved.
 
     Raises
     ------
     ValueError
-        If there is a file of its name, no folder to make it in, or something in it that is not of such a data set,
-        which must not be mistaken for proved.
+        If it cannot be made, or holds a file that is none of a data set.
     """
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"cannot write into {folder}: it is a file, not a folder")
-    if not folder.absolute().parent.is_dir():
-        raise ValueError(f"cannot make the folder {folder}: there is no folder {folder.parent}")
-    folder.mkdir(exist_ok=True)
+    made_folder(folder)
     strange = next((file.name for file in sorted(folder.iterdir()) if not _ours(file.name)), None)
     if strange is not None:
         raise ValueError(f"cannot write into {folder}: {strange} in it is no file of a data set; name another folder")
@@ -136,7 +131,7 @@ def export_dataset(
         entry_of(family)
     if not wanted or not families:
         raise ValueError("sizes and families must hold one or more each")
-    prepare_folder(folder)
+    _prepare(folder)
     (folder / SUMS).unlink(missing_ok=True)  # it would be that of other files, if this is interrupted
     written: list[Path] = []
     rows: list[list[Any]] = []

@@ -144,8 +144,8 @@ def _biactive_entry(name: str, nodes: int) -> Known:
 def _incidence_entry(name: str, nodes: int) -> Known:
     """Return Outrata, Kočvara and Zowe's membrane at the first design: T = p = 1, f = 0.03; no formula is known.
 
-    The incidence set problem's unit square over a flat floor; MacMPEC's incid-set1 has the elevation -0.03 and the
-    load -1, and its triangles, halved squares, give the five-point differences.
+    The unit square over a flat floor, zero on its frame; MacMPEC's incid-set1, whose design variables move frame and
+    contact set, has the elevation -0.03 and the load -1.
     """
     lattice = Frame.rectangle(1.0, 1.0, center=(0.5, 0.5)).lattice(1 / (nodes + 1))
     model = Membrane(lattice, tension=1.0, load=1.0, support=0.03)
