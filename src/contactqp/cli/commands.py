@@ -29,6 +29,7 @@ from .application import (
 from .application import (
     app as app,
 )
+from .bench import bench as bench
 from .gallery_commands import export_dataset, study  # noqa: F401  (commands register themselves)
 
 if TYPE_CHECKING:
@@ -55,6 +56,12 @@ def compare(
         Path | None, typer.Option(help="Write the table and the verdict as JSON.", show_default=False)
     ] = None,
     report: Annotated[Path | None, typer.Option(help="Write everything as one HTML page.", show_default=False)] = None,
+    explorer: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write a page with sliders, see 'contactqp explore'; the report links it.", show_default=False
+        ),
+    ] = None,
 ) -> None:
     """Solve CASE by several backends and cross-check the answers.
 
@@ -63,10 +70,13 @@ def compare(
     check_output("--plot", plot, PICTURES)
     check_output("--json", json, (".json",))
     check_output("--report", report, (".html", ".htm"))
+    check_output("--explorer", explorer, (".html", ".htm"))
     from ..comparison.compare import compare as compare_backends
     from .tables import print_comparison
 
     model, title = _read(case)
+    if explorer is not None:
+        _write_explorer(model, explorer, title or case.stem)
     listed = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
     comparison = compare_backends(
         model, "all" if listed == ["all"] else listed, tol=tolerance(tol), time_limit=time_limit, repeats=repeats
@@ -80,7 +90,7 @@ def compare(
         comparison.plot(title=_headed(title, headline(comparison))).savefig(plot, dpi=150)
         typer.echo(f"picture: {plot}")
     if report is not None:
-        typer.echo(f"report: {comparison.report(report, title=title or case.name)}")
+        typer.echo(f"report: {comparison.report(report, title=title or case.name, explorer=explorer)}")
     raise typer.Exit(EXIT_OK if comparison.agree else EXIT_NOT_CERTIFIED)
 
 
@@ -295,6 +305,25 @@ def paper(
 
 
 @app.command()
+def explore(
+    case: Annotated[
+        Path | None, typer.Argument(help="Case file (TOML); without one, the paper's hexagon.", show_default=False)
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Write the page (.html).")] = Path("explorer.html"),
+) -> None:
+    """Write a page with sliders, which solves CASE anew in the browser and proves each answer, without a network.
+
+    Membranes and cables over one support, with a tension that is the same everywhere. The page also has the paper's
+    hexagon, a disk, a rectangle and a cable, each over several supports. Bokeh makes it, of the extra 'explore'.
+
+    Exit code 0: written; 2: bad input; 130: interrupted.
+    """
+    check_output("--out", out, (".html", ".htm"))
+    model, title = (None, "") if case is None else _read(case)
+    _write_explorer(model, out, title or ("" if case is None else case.stem))
+
+
+@app.command()
 def backends() -> None:
     """List the backends: method, version, what they need, and what to install where one is missing."""
     from .tables import print_backends
@@ -324,6 +353,13 @@ def _told(bracket: Bracket) -> str:
     # Where doubles end, what is left of rounding a sum outwards is nothing.
     low, high = (f"{end if abs(end) > _NOTHING else 0.0:.6g}" for end in bracket)
     return low if low == high else f"{low} to {high}"
+
+
+def _write_explorer(model: Model | None, page: Path, title: str) -> None:
+    from ..explorer.page import explore as write_page
+
+    size = write_page(model, page, title=title).stat().st_size
+    typer.echo(f"explorer: {page} ({size / 1e6:.1f} MB)")
 
 
 def _headed(title: str, own: str) -> str:

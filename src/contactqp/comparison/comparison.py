@@ -237,7 +237,7 @@ class Comparison:
 
         return plot_disagreement(self)
 
-    def report(self, path: str | Path, title: str = "") -> Path:
+    def report(self, path: str | Path, title: str = "", *, explorer: str | Path | None = None) -> Path:
         """Write everything as one HTML page that needs no network, no script and no other file.
 
         Parameters
@@ -246,6 +246,8 @@ class Comparison:
             The file to write (.html or .htm), replaced if it exists; its folder must exist.
         title : str
             Headline; by default the problem.
+        explorer : path, optional
+            A page that `explore` has written of the problem: the report links it.
 
         Returns
         -------
@@ -259,7 +261,7 @@ class Comparison:
         """
         from .html import write_report
 
-        return write_report(self, Path(path), title)
+        return write_report(self, Path(path), title, None if explorer is None else Path(explorer))
 
     def __repr__(self) -> str:
         return as_text(self, line_width())

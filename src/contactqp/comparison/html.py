@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 import numpy as np
 
@@ -27,20 +29,31 @@ _WORST_SHOWN = 10
 """Largest number of nodes in the table of those where answers lie farthest apart."""
 
 
-def write_report(compared: Compared, path: Path, title: str = "") -> Path:
-    """Write the page and return its path; an older page at that path is replaced once the new one is complete."""
+def write_report(compared: Compared, path: Path, title: str = "", explorer: Path | None = None) -> Path:
+    """Write the page and return its path; an older page at that path is replaced once the new one is complete.
+
+    Parameters
+    ----------
+    compared : Compared
+    path : Path
+    title : str
+    explorer : Path, optional
+        A page to link, see `contactqp.explorer`: by its place relative to the report's, so that both can be moved.
+    """
     require_writable(path, (".html", ".htm"), "report")
-    page = report_html(compared, title)
+    link = "" if explorer is None else quote(Path(os.path.relpath(explorer, path.parent)).as_posix())
+    page = report_html(compared, title, link)
     with replaced_as_a_whole(path) as unfinished:
         unfinished.write_text(page, encoding="utf-8")
     return path
 
 
-def report_html(compared: Compared, title: str = "") -> str:
-    """Return the page as text."""
+def report_html(compared: Compared, title: str = "", explorer: str = "") -> str:
+    """Return the page as text, with a link to an explorer of the problem if there is one."""
     headline = title or compared.subject
     sections = [
         _heading(compared, headline),
+        f'<p><a href="{escape(explorer)}">Move this problem\'s load, tension and support</a></p>\n' if explorer else "",
         _best_answer(compared),
         _metrics(compared),
         _truth(compared),
