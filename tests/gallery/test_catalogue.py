@@ -30,6 +30,7 @@ SPACINGS = {
     "ball": (15, 31, 63),
     "constant-obstacle": (31, 63, 127),
     "ring": (15, 31, 63),
+    "biactive-half": (15, 31, 63),
     "disk-over-floor": (15, 31, 63),
     "disk-in-steps": (15, 31, 63),
     "disk-on-mesh": (7, 15, 31),
@@ -82,7 +83,7 @@ def errors_of(known):
     return (
         np.abs(known.found(solution) - known.deflection).max(),
         np.abs(solution.reaction - known.reaction).sum() / np.abs(known.reaction).sum() if known.distance else 1.0,
-        abs(solution.contact @ known.node_area - known.contact_area) + 1e-300,
+        abs(solution.contact @ known.node_area - (known.contact_area or 0.0)) + 1e-300,
         known.distance(*edges.T).max() if known.distance else 1.0,
     )
 

@@ -140,6 +140,37 @@ def _biactive_entry(name: str, nodes: int) -> Known:
     )
 
 
+@entry("biactive-half", n=31)
+def _half_entry(name: str, nodes: int) -> Known:
+    """Return a membrane that lies on the plane without pressing on it in one half: u = x⁴ for x > 0, else 0.
+
+    T = 1 on (-1, 1)², elevations; p = Δu = 12x² for x > 0, else 0, downwards. Gap and reaction are both zero where
+    x ≤ 0. Five-point differences lift the membrane there by some Δ², so that the discrete one is in contact nowhere.
+    """
+
+    def height(x: Vector, y: Vector) -> Vector:
+        return np.asarray(np.maximum(x, 0.0) ** 4)
+
+    lattice = Frame.rectangle(2.0, 2.0).lattice(2 / (nodes + 1))
+    model = Membrane(
+        lattice,
+        tension=1.0,
+        load=lambda x, y: 12 * np.maximum(x, 0.0) ** 2,
+        support=0.0,
+        frame_height=height,
+        upwards=True,
+    )
+    return Known(
+        name,
+        model,
+        "Keith and Surowiec, Proximal Galerkin: a structure-preserving finite element method for pointwise bound "
+        "constraints, 2023; MFEM, miniapp obstacle",
+        lattice.spacing,
+        deflection=height(lattice.node_x, lattice.node_y),
+        reaction=np.zeros(lattice.size),
+    )
+
+
 @entry("incidence-set", n=31)
 def _incidence_entry(name: str, nodes: int) -> Known:
     """Return Outrata, Kočvara and Zowe's membrane at the first design: T = p = 1, f = 0.03; no formula is known.
