@@ -19,8 +19,9 @@ SMALL = {
     "plate-under-load": 5,
     "plate-with-tension": 5,
 }
+SMALL |= {"disk-on-mesh": 7, "beam-between-floor-and-ceiling": 39}
 SMALL |= dict.fromkeys(("cable-on-floor", "cable-on-hill", "cable-in-bowl", "cable-between-floor-and-ceiling"), 19)
-SMALL |= dict.fromkeys(("beam-pinned", "beam-clamped", "beam-with-tension"), 19)
+SMALL |= dict.fromkeys(("beam-pinned", "beam-clamped", "beam-with-tension", "beam-on-foundation"), 19)
 SMALL |= dict.fromkeys(("cable-on-foundation", "cable-of-varying-tension", "american-put"), 19)
 SMALL |= dict.fromkeys([f"TORSION{k}" for k in "123456ABCDEF"], 8)
 SAME = [*(f"TORSION{k}" for k in "246BDF"), "OBSTCLAL", "OBSTCLBM", "OBSTCLBU", "journal-bearing"]
@@ -33,7 +34,7 @@ SPACINGS = {
     "biactive-half": (15, 31, 63),
     "disk-over-floor": (15, 31, 63),
     "disk-in-steps": (15, 31, 63),
-    "disk-on-mesh": (7, 15, 31),
+    "disk-on-mesh": (15, 31, 63),
     "disk-over-hemisphere": (15, 31, 63),
     "ellipse-in-steps": (14, 29, 59),
     "plate-under-load": (7, 15, 31),
@@ -41,6 +42,8 @@ SPACINGS = {
     "beam-pinned": (49, 99, 199),
     "beam-clamped": (49, 99, 199),
     "beam-with-tension": (49, 99, 199),
+    "beam-on-foundation": (49, 99, 199),
+    "beam-between-floor-and-ceiling": (99, 199, 399),
     "cable-on-foundation": (39, 79, 159),
     "cable-of-varying-tension": (39, 79, 159),
     "american-put": (49, 199, 799),
@@ -221,8 +224,9 @@ def test_what_an_entry_cannot_be_is_refused():
     for name, bad, wanted in (
         ("cable-on-posts", 10, "7, 11, 15"),
         ("TORSION1", 7, "even"),
-        ("disk-on-mesh", 8, "odd"),
+        ("disk-on-mesh", 9, "3, 7, 15, 31"),
         ("dam", 8, "odd"),
+        ("beam-between-floor-and-ceiling", 8, "odd"),
         ("hexagon", 30, "7, 15, 23"),
         ("cable-between-floor-and-ceiling", 8, "odd"),
     ):

@@ -258,9 +258,14 @@ def certify(
 
 @app.command()
 def new(
-    kind: Annotated[str, typer.Argument(help="Which: membrane, hexagon, dome, plate, cable or beam.")] = "membrane",
+    kind: Annotated[
+        str, typer.Argument(help="Which: membrane, hexagon, dome, plate, cable, beam or 'mesh membrane'.")
+    ] = "membrane",
 ) -> None:
-    """Write a commented case file, which solves as it is: 'contactqp new cable > case.toml'."""
+    """Write a commented case file: 'contactqp new cable > case.toml'.
+
+    It solves as it is; that of a mesh membrane needs a mesh beside it, and says how to make one.
+    """
     from ..io.templates import template
 
     typer.echo(template(kind), nl=False)

@@ -144,8 +144,13 @@ class Comparison:
 
     @property
     def false_claims(self) -> Mapping[str, str]:
-        """By backend, of those that said they had solved the problem and had not: what they said, and what is known."""
+        """By backend, of those that said they had solved the problem and are proven not to have: see `Conclusion`."""
         return self.conclusion.false_claims
+
+    @property
+    def unproven_claims(self) -> Mapping[str, str]:
+        """By backend, the same of those whose claims are neither proven nor refuted."""
+        return self.conclusion.unproven_claims
 
     @property
     def left_out(self) -> Mapping[str, str]:

@@ -18,6 +18,7 @@ from .columns import GROUPS, Column, columns_of, printed_columns
 from .compared import Compared
 from .disagreement import worst_nodes
 from .legend import legend_of
+from .pairs import Pair
 from .pictures import plot_comparison, plot_disagreement
 from .text import asked_for, closing_lines
 
@@ -147,18 +148,19 @@ def _truth(compared: Compared) -> str:
 def _findings(compared: Compared) -> str:
     conclusion = compared.conclusion
     claims = [f"{name} {sentence}" for name, sentence in conclusion.false_claims.items()]
+    unproven = [f"{name} {sentence}" for name, sentence in conclusion.unproven_claims.items()]
     return (
         "<h2>Findings and false claims</h2>\n"
-        f"{_left_out(conclusion.left_out)}<h3>Findings ({len(conclusion.findings)})</h3>\n{_list(conclusion.findings)}"
+        f"{_left_out(conclusion.left_out_together)}"
+        f"<h3>Findings ({len(conclusion.findings)})</h3>\n{_list(conclusion.findings)}"
         f"<h3>Said to be solved, and is not ({len(claims)})</h3>\n{_list(claims)}"
+        f"<h3>Said to be solved, which is not proven ({len(unproven)})</h3>\n{_list(unproven)}"
     )
 
 
-def _left_out(reasons: Mapping[str, str]) -> str:
+def _left_out(sentences: Sequence[str]) -> str:
     """Return who was not asked, and why; nothing if there is nobody."""
-    if not reasons:
-        return ""
-    return "".join(f"<p>{escape(f'Left out: {name} {why}.')}</p>\n" for name, why in reasons.items())
+    return "".join(f"<p>{escape(f'Left out: {sentence}.')}</p>\n" for sentence in sentences)
 
 
 def _list(sentences: Sequence[str]) -> str:
@@ -183,12 +185,18 @@ def _pairs(compared: Compared) -> str:
                 (number(pair.contact_jaccard), True),
                 (str(pair.differing_nodes.size), True),
                 (number(pair.boundary_distance), True),
-                ("compatible" if pair.consistent else "exclude each other", False),
+                (_told_of_enclosures(pair), False),
             ]
         )
         for pair in compared.pairs
     ]
     return "<h2>Pairs</h2>\n" + table("How every two answers differ", headings, body)
+
+
+def _told_of_enclosures(pair: Pair) -> str:
+    if not pair.enclosed:
+        return "none"
+    return "compatible" if pair.consistent else "exclude each other"
 
 
 def _best_answer(compared: Compared) -> str:

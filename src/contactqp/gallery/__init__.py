@@ -9,7 +9,7 @@ from . import cutest as _cutest  # noqa: F401  (entries are put into the catalog
 from . import options as _options  # noqa: F401
 from . import rough as _rough  # noqa: F401
 from . import seepage as _seepage  # noqa: F401
-from .beams import beam_on_floor
+from .beams import beam_between_floor_and_ceiling, beam_on_floor, beam_on_foundation
 from .cables import (
     cable_between_floor_and_ceiling,
     cable_of_varying_tension,
@@ -31,7 +31,7 @@ from .membranes import (
     spiral,
 )
 from .plates import plate_under_load
-from .radial import ball
+from .radial import ball, disk_on_floor, meshed_disk_on_floor
 
 __all__ = [
     "PAPER_CORNERS",
@@ -39,7 +39,9 @@ __all__ = [
     "Known",
     "Quoted",
     "ball",
+    "beam_between_floor_and_ceiling",
     "beam_on_floor",
+    "beam_on_foundation",
     "bowl",
     "cable_between_floor_and_ceiling",
     "cable_of_varying_tension",
@@ -47,9 +49,11 @@ __all__ = [
     "cable_on_foundation",
     "cable_on_parabola",
     "cable_on_posts",
+    "disk_on_floor",
     "islands",
     "l_shape_with_hole",
     "load",
+    "meshed_disk_on_floor",
     "names",
     "orthotropic_ellipse",
     "paper_hexagon",

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..foundation.checks import Vector, integer_at_least
+from ..foundation.checks import Vector, integer_at_least, open_interval, positive_number
 from ..geometry.frame import Frame
 from ..geometry.lattice import Lattice
+from ..geometry.scikit_fem import circle
 from ..models.membrane import Membrane
 from ..models.mesh_membrane import MeshMembrane
 from ..profiles.analytic import Hemisphere
@@ -155,24 +154,75 @@ def _ring_entry(name: str, nodes: int) -> Known:
     )
 
 
+def disk_on_floor(spacing: float, contact_radius: float = 0.5) -> tuple[Membrane, Vector]:
+    """Return a membrane over a disk, pressed on a flat floor, and its exact continuous deflection at the nodes.
+
+    T = p = R = 1; the lattice is fitted to the circle. With a the radius of the contact disk
+
+        w = p(R² - r²)/4T + (pa²/2T) ln(r/R)
+
+    outside it, which comes down to the floor f = w(a) with slope zero.
+
+    Parameters
+    ----------
+    spacing : float
+    contact_radius : float
+        a, between 0 and 1.
+
+    Examples
+    --------
+    >>> membrane, exact = disk_on_floor(0.25)
+    >>> round(float(exact.max()), 6)
+    0.100857
+    """
+    spacing = positive_number(spacing, "spacing")
+    lattice = Frame.disk(1.0).lattice(spacing, fitted=True)
+    floor = _on_floor(np.zeros(1), np.zeros(1), contact_radius)[0]
+    membrane = Membrane(lattice, tension=1.0, load=1.0, support=float(floor))
+    return membrane, _on_floor(membrane.node_x, membrane.node_y, contact_radius)
+
+
+def meshed_disk_on_floor(refinements: int, contact_radius: float = 0.5) -> tuple[MeshMembrane, Vector]:
+    """Return the membrane of `disk_on_floor` on a mesh of triangles, and its exact deflection at the nodes.
+
+    Parameters
+    ----------
+    refinements : int
+        How often scikit-fem has halved the edges of its mesh of eight triangles, > 0.
+    contact_radius : float
+        a, between 0 and 1.
+
+    Examples
+    --------
+    >>> membrane, exact = meshed_disk_on_floor(3)
+    >>> membrane
+    MeshMembrane(113 nodes, 256 triangles, 32 fixed points, tension=1, load=1, support=0.1009)
+    """
+    refinements = integer_at_least(refinements, 1, "refinements")
+    floor = _on_floor(np.zeros(1), np.zeros(1), contact_radius)[0]
+    membrane = MeshMembrane(*circle(refinements), tension=1.0, load=1.0, support=float(floor))
+    return membrane, _on_floor(membrane.node_x, membrane.node_y, contact_radius)
+
+
+def _on_floor(x: Vector, y: Vector, contact_radius: float) -> Vector:
+    """Return the deflection at points of a disk of radius, tension and pressure one; in the middle it is the floor."""
+    a = open_interval(contact_radius, 0.0, 1.0, "contact_radius")
+    r = np.maximum(np.hypot(x, y), a)
+    return np.asarray((1 - r * r) / 4 + a * a / 2 * np.log(r))
+
+
 _TOUCHDOWN = 0.5
-_DISK_FLOOR = (1 - _TOUCHDOWN**2) / 4 + _TOUCHDOWN**2 / 2 * math.log(_TOUCHDOWN)
 _POISSON = "Poisson's equation in the radius, T(w″ + w′/r) = ρ - p, solved piece by piece"
 
 
-def _over_floor(x: Vector, y: Vector) -> Vector:
-    r = np.maximum(np.hypot(x, y), _TOUCHDOWN)
-    return np.asarray((1 - r**2) / 4 + _TOUCHDOWN**2 / 2 * np.log(r))
-
-
-def _disk(name: str, lattice: Lattice) -> Known:
+def _disk(name: str, model: Membrane, deflection: Vector) -> Known:
     return Known(
         name,
-        Membrane(lattice, tension=1.0, load=1.0, support=_DISK_FLOOR),
+        model,
         _POISSON,
-        lattice.spacing,
-        deflection=_over_floor(lattice.node_x, lattice.node_y),
-        reaction=_within(lattice, _TOUCHDOWN, 1.0),
+        model.lattice.spacing,
+        deflection=deflection,
+        reaction=_within(model.lattice, _TOUCHDOWN, 1.0),
         contact_area=math.pi * _TOUCHDOWN**2,
         distance=_from_circle(_TOUCHDOWN),
     )
@@ -184,13 +234,16 @@ def _fitted_entry(name: str, nodes: int) -> Known:
 
     w = p(R² - r²)/4T + (pa²/2T) ln(r/R) for r > a, and f = w(a).
     """
-    return _disk(name, Frame.disk(1.0).lattice(2 / (nodes + 1), fitted=True))
+    return _disk(name, *disk_on_floor(2 / (nodes + 1), _TOUCHDOWN))
 
 
 @entry("disk-in-steps", n=31)
 def _stepped_entry(name: str, nodes: int) -> Known:
     """Return the disk over a flat floor whose frame follows the lattice in steps: of first order."""
-    return _disk(name, _in_steps(nodes))
+    lattice = _in_steps(nodes)
+    floor = float(_on_floor(np.zeros(1), np.zeros(1), _TOUCHDOWN)[0])
+    model = Membrane(lattice, tension=1.0, load=1.0, support=floor)
+    return _disk(name, model, _on_floor(model.node_x, model.node_y, _TOUCHDOWN))
 
 
 def _in_steps(nodes: int) -> Lattice:
@@ -202,40 +255,22 @@ def _in_steps(nodes: int) -> Lattice:
 
 @entry("disk-on-mesh", n=31)
 def _mesh_entry(name: str, nodes: int) -> Known:
-    """Return the disk over a flat floor on a mesh of triangles in rings; n nodes along its diameter, odd."""
-    if nodes % 2 == 0:
-        raise ValueError(f"n must be odd for {name!r}, whose centre is a node, got {nodes}")
-    points, triangles = _rings((nodes + 1) // 2)
-    model = MeshMembrane(points, triangles, 1.0, load=1.0, support=_DISK_FLOOR)
+    """Return the disk over a flat floor on scikit-fem's mesh of triangles; n nodes along its diameter, 3, 7, 15, ..."""
+    refinements = (nodes + 1).bit_length() - 2
+    if nodes < 3 or 2 ** (refinements + 1) != nodes + 1:
+        raise ValueError(f"n must be 3, 7, 15, 31, ... for {name!r}, whose edges are halved, got {nodes}")
+    model, deflection = meshed_disk_on_floor(refinements, _TOUCHDOWN)
     inside = model.node_x**2 + model.node_y**2 < _TOUCHDOWN**2
     return Known(
         name,
         model,
         _POISSON,
         2 / (nodes + 1),
-        deflection=_over_floor(model.node_x, model.node_y),
+        deflection=deflection,
         reaction=np.where(inside, model.node_area, 0.0),
         contact_area=math.pi * _TOUCHDOWN**2,
         distance=_from_circle(_TOUCHDOWN),
     )
-
-
-def _rings(count: int) -> tuple[Vector, NDArray[np.int64]]:
-    """Return the mesh of the unit disk in so many rings of 6, 12, 18, ... points about its centre."""
-    points: list[Any] = [np.zeros((1, 2))]
-    triangles: list[Any] = []
-    for ring in range(1, count + 1):
-        angle = np.arange(6 * ring) * np.pi / (3 * ring)
-        points.append(ring / count * np.column_stack([np.cos(angle), np.sin(angle)]))
-        along = np.arange(6 * ring)
-        sector, place = np.divmod(along, ring)
-        outer, inner = 1 + 3 * ring * (ring - 1), 1 + 3 * (ring - 1) * (ring - 2) if ring > 1 else 0
-        below = inner + (sector * (ring - 1) + place) % max(6 * (ring - 1), 1)
-        triangles.append(np.column_stack([below, outer + along, outer + (along + 1) % (6 * ring)]))
-        gaps = place < ring - 1
-        after = inner + (sector * (ring - 1) + place + 1) % max(6 * (ring - 1), 1)
-        triangles.append(np.column_stack([below, outer + (along + 1) % (6 * ring), after])[gaps])
-    return np.concatenate(points), np.concatenate(triangles)
 
 
 @entry("disk-over-hemisphere", n=31)
