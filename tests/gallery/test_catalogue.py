@@ -19,7 +19,7 @@ SMALL = {
     "plate-under-load": 5,
     "plate-with-tension": 5,
 }
-SMALL |= {"disk-on-mesh": 7, "beam-between-floor-and-ceiling": 39}
+SMALL |= {"disk-on-mesh": 7, "beam-between-floor-and-ceiling": 19}
 SMALL |= dict.fromkeys(("cable-on-floor", "cable-on-hill", "cable-in-bowl", "cable-between-floor-and-ceiling"), 19)
 SMALL |= dict.fromkeys(("beam-pinned", "beam-clamped", "beam-with-tension", "beam-on-foundation"), 19)
 SMALL |= dict.fromkeys(("cable-on-foundation", "cable-of-varying-tension", "american-put"), 19)
