@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..foundation.files import made_folder
 from ..foundation.terminal import line_width
 from ..foundation.text import folded, shortened
 from .application import (
@@ -29,6 +30,7 @@ from .application import (
     app as app,
 )
 from .bench import bench as bench
+from .gallery_commands import export_dataset, study  # noqa: F401  (commands register themselves)
 
 if TYPE_CHECKING:
     from ..foundation.brackets import Bracket
@@ -293,10 +295,9 @@ def paper(
     Exit code 0: all certified, contact sets nested and the same by all backends; 1: not; 2: bad input;
     130: interrupted.
     """
-    from ..foundation.files import prepare_folder
     from ..paper.folder import CAPTIONS, write_folder
 
-    prepare_folder(out)
+    made_folder(out)
     from ..paper.reproduction import reproduce
     from ..paper.table import print_table
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from .. import gallery
 from .._version import __version__
 from ..foundation.checks import integer_at_least
-from ..foundation.files import prepare_folder
+from ..foundation.files import made_folder
 from ..models.base import ContactModel
 
 __all__ = ["FAMILIES", "MODULE", "PROBLEMS", "write_test_set"]
@@ -107,8 +107,8 @@ def write_test_set(folder: Path, largest: int = 20_000) -> list[str]:
             problems[f"{family}_{size:0{len(str(sizes[-1]))}}"] = model.problem
     if not problems:
         raise ValueError(f"largest must be at least 99, the unknowns of the smallest problem, got {largest}")
-    prepare_folder(folder)
-    prepare_folder(folder / PROBLEMS)
+    made_folder(folder)
+    made_folder(folder / PROBLEMS)
     for earlier in (folder / PROBLEMS).glob("*.npz"):
         earlier.unlink()
     for name, problem in problems.items():

@@ -20,8 +20,8 @@ def require_folder(path: Path, what: str) -> None:
         raise ValueError(f"cannot write the {what} {path}: there is no folder {path.parent}; make it first")
 
 
-def prepare_folder(folder: Path) -> None:
-    """Make a folder if it is missing.
+def made_folder(folder: Path) -> Path:
+    """Return a folder that is to be written into, made if it is missing.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def prepare_folder(folder: Path) -> None:
 
     Examples
     --------
-    >>> prepare_folder(Path("no", "such", "folder"))
+    >>> made_folder(Path("no", "such", "folder"))
     Traceback (most recent call last):
     ...
     ValueError: cannot make the folder no/such/folder: there is no folder no/such
@@ -40,6 +40,7 @@ def prepare_folder(folder: Path) -> None:
     if not folder.absolute().parent.is_dir():
         raise ValueError(f"cannot make the folder {folder}: there is no folder {folder.parent}")
     folder.mkdir(exist_ok=True)
+    return folder
 
 
 def require_suffix(path: Path, known: Sequence[str], what: str) -> None:

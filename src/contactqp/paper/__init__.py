@@ -6,7 +6,7 @@ The rigid surface is a surrogate consistent with Table 1, not a reproduction: th
 itself states stands in `contactqp.paper.facts`.
 """
 
-from ..foundation.files import prepare_folder
+from ..foundation.files import made_folder as prepare_folder
 from .facts import FACTORS, SURROGATE, TABLE_1, fit_cpu_time
 from .folder import write_folder
 from .reproduction import Reproduction, reproduce

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..foundation.files import prepare_folder
+from ..foundation.files import made_folder
 from . import latex, table
 from .facts import SURROGATE
 from .sections import middle_section, section_solutions
@@ -51,7 +51,7 @@ def write_folder(found: Reproduction, folder: Path) -> tuple[Path, ...]:
     Raises
     ------
     ValueError
-        See `prepare_folder`.
+        See `contactqp.foundation.files.made_folder`.
 
     Examples
     --------
@@ -63,7 +63,7 @@ def write_folder(found: Reproduction, folder: Path) -> tuple[Path, ...]:
     """
     from ..paper import figures
 
-    prepare_folder(folder)
+    made_folder(folder)
     texts = {
         INDEX: index(),
         "table1.txt": table.as_text(found) + "\n",
