@@ -16,7 +16,7 @@ PROGRAM = """
     model.problem.G
     at = []
     def interrupt():
-        time.sleep(1.0)
+        time.sleep({after})
         at.append(time.perf_counter())
         os.kill(os.getpid(), signal.SIGINT)
     threading.Thread(target=interrupt, daemon=True).start()
@@ -30,9 +30,9 @@ PROGRAM = """
 """
 
 
-def seconds_to_answer(name, nodes, tol):
-    """Return how long a solve of a bowl by a backend takes to answer Ctrl-C, which comes after a second."""
-    program = textwrap.dedent(PROGRAM.format(name=name, nodes=nodes, tol=tol))
+def seconds_to_answer(name, nodes, tol, after=1.0):
+    """Return how long a solve of a bowl by a backend takes to answer Ctrl-C, which comes after some seconds."""
+    program = textwrap.dedent(PROGRAM.format(name=name, nodes=nodes, tol=tol, after=after))
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
     outcome = run.stdout.splitlines()[-1]
     assert outcome.startswith("interrupted after "), run

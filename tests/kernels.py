@@ -30,7 +30,8 @@ def others():
 
     for module in (
         *("algebra.band_kernels", "algebra.conductance_kernels", "geometry.numbering_kernels"),
-        *("methods.active_set.case_kernels", "methods.amg.sparse_kernels", "methods.sor.kernels"),
+        *("methods.active_set.case_kernels", "methods.amg.sparse_kernels", "methods.multigrid.rim_kernels"),
+        "methods.sor.kernels",
     ):
         import_module(f"contactqp.{module}")
     for springs in (False, True):

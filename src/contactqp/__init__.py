@@ -15,7 +15,7 @@ Models: `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, and `C
 `ContactLCP` for one that is not symmetric. Solving: `solve`, `solve_many`,
 `Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load), `refine`
 (finer meshes). Proofs: `certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts
-it.
+it. `explore` writes a page with sliders that solves and proves in the browser.
 
 PYTEST_DONT_REWRITE: pytest marks all that a wheel with a plugin holds, and warns of what was imported too early.
 """
@@ -38,6 +38,7 @@ from .errors import (
     UnknownBackendError,
     UnsuitableProblemError,
 )
+from .explorer.page import explore
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
 from .io.read_fields import read_field, read_mask
@@ -104,6 +105,7 @@ __all__ = [
     "complementary_energy",
     "energy_bracket",
     "events",
+    "explore",
     "feasible",
     "gallery",
     "load_solution",
@@ -120,7 +122,7 @@ __all__ = [
     "trace",
 ]
 
-_MODULES = ("testing", "xarray")
+_MODULES = ("benchmark", "testing", "xarray")
 _PUBLIC = sorted([*__all__, *_MODULES, "__version__", "__doc__", "__all__", "__file__", "__name__", "__path__"])
 
 

@@ -38,15 +38,20 @@ def contact(model: ContactModel, load: Any = None, support: Any = None, *, tol: 
     Parameters
     ----------
     model : Membrane, Cable, CableNet or another ContactModel
-    load, support : array, shape (n,) or (..., n), optional
-        In the units and the sense of the model's own, in node order; by default the model's. Leading dimensions are a
-        batch, over which one that has none is repeated.
+    load, support : number or array, shape (n,) or (..., n), optional
+        In the units and the sense of the model's own, in node order, a number for all nodes; by default the model's.
+        Leading dimensions are a batch, over which one that has none is repeated.
     tol : float
         Bound of the error, relative to the error scale.
 
     Returns
     -------
     Contact
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has the wrong kind or shape.
 
     Examples
     --------
@@ -56,10 +61,15 @@ def contact(model: ContactModel, load: Any = None, support: Any = None, *, tol: 
     (9,)
     """
     layer = Layer(model, tol)
-    given = (
-        jnp.asarray(own if value is None else value) for own, value in ((model.load, load), (model.support, support))
-    )
-    arrays = jnp.broadcast_arrays(*(array.astype(jnp.result_type(float)) for array in given))
+    given = {
+        "load": jnp.asarray(model.load if load is None else load),
+        "support": jnp.asarray(model.support if support is None else support),
+    }
+    for name, array in given.items():
+        if array.shape and array.shape[-1] != model.size:
+            raise ValueError(f"{name} must be a number or have shape (..., {model.size}), got {array.shape}")
+    shape = jnp.broadcast_shapes((model.size,), *(array.shape for array in given.values()))
+    arrays = (jnp.broadcast_to(array.astype(jnp.result_type(float)), shape) for array in given.values())
     return Contact(*_contact(_Same(layer), *arrays))
 
 

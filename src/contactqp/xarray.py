@@ -28,11 +28,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .foundation.checks import Mask, finite_number
+from .foundation.checks import Mask, Vector, finite_number
 from .foundation.loading import load_modules
 from .foundation.pictures import UnitNames
 from .geometry.lattice import Lattice, patches_on_grid
-from .io.model_records import KIND, model_in
+from .io.model_records import KIND, model_in, values_at_nodes
 from .io.patches import table_of
 from .models.base import ContactModel
 from .models.cable import Cable
@@ -135,11 +135,11 @@ class ContactMethods:
                 f"the dataset is a solution's and tells its whole model, a {data.attrs[KIND]}, so that "
                 f"{', '.join(sorted(asked))} cannot be given; change the dataset, or drop its attribute {KIND}"
             )
-        data = data.sortby([axis for axis in ("x", "y") if axis in data.dims])
+        data = self._in_order
         model = model_in(data)
         for name, place in model.coordinates.items():
             there = data[name].to_numpy() if name in data.coords else np.zeros(0)
-            if there.shape != place.values.shape or not np.allclose(there, place.values):
+            if there.shape != place.values.shape or not np.allclose(there, place.values, equal_nan=True):
                 raise ValueError(
                     f"the dataset tells a whole {data.attrs[KIND]}, but its {name} are not those of the nodes; take "
                     f"all of it, or drop its attribute {KIND}"
@@ -165,7 +165,9 @@ class ContactMethods:
         return self.solution(backend, tol=tol, **options).to_dataset()
 
     def patches(self) -> pd.DataFrame:
-        """Return a row for each contact patch of a solution: nodes in contact, side by side in a row or a column.
+        """Return a row for each contact patch of a solution: nodes in contact that arms, or sides of triangles, join.
+
+        Of a dataset that does not tell its whole model they are points side by side in a row or a column.
 
         Returns
         -------
@@ -173,6 +175,11 @@ class ContactMethods:
             patch, nodes, area (of a cable: length), reaction, x and y, as `contactqp.Solution.patches`.
         """
         held, reaction = self._solved("contact"), self._solved("reaction")
+        model = self._own_model()
+        if model is not None:
+            labels, count = model.contact_patches(self._at_nodes("contact", model) > 0)
+            force = self._at_nodes("reaction", model)
+            return table_of(labels, count, force, model.node_x, model.node_y, model.node_area)
         contact = np.atleast_2d(held.to_numpy() > 0)
         labels, count = patches_on_grid(contact)
         x, y = np.meshgrid(held["x"], held["y"] if "y" in held.dims else [0.0])
@@ -191,17 +198,32 @@ class ContactMethods:
         -------
         xarray.DataArray
             Along ``pressure``, the middles of the bins, with the coordinates ``lower`` and ``upper``.
+
+        Raises
+        ------
+        ValueError
+            If the nodes stand for no area, as those of a cable net, so that there is no pressure.
         """
-        held, pressure = self._solved("contact"), self._solved("contact_pressure")
-        values = pressure.to_numpy()[held.to_numpy() > 0]
-        counts, edges = np.histogram(values, bins)
-        area = self._spacing([str(axis) for axis in held.dims]) ** held.ndim
+        held, model = self._solved("contact"), self._own_model()
+        if model is not None and model.node_area is None:
+            raise ValueError(
+                f"nodes of {model!r} stand for no area, so that there is no pressure; patches() has their reactions"
+            )
+        pressure = self._solved("contact_pressure")
+        if model is None:
+            values = pressure.to_numpy()[held.to_numpy() > 0]
+            area = np.full(values.size, self._spacing([str(axis) for axis in held.dims]) ** held.ndim)
+        else:
+            touching = self._at_nodes("contact", model) > 0
+            values = self._at_nodes("contact_pressure", model)[touching]
+            area = np.broadcast_to(model.node_area, model.size)[touching]  # type: ignore[arg-type]
+        held_area, edges = np.histogram(values, bins, weights=area)
         coordinates = {
             "pressure": ("pressure", (edges[1:] + edges[:-1]) / 2, {"units": pressure.attrs.get("units", "")}),
             "lower": ("pressure", edges[:-1]),
             "upper": ("pressure", edges[1:]),
         }
-        return xr.DataArray(counts * area, coordinates, ("pressure",), "area", {"long_name": "area in contact"})
+        return xr.DataArray(held_area, coordinates, ("pressure",), "area", {"long_name": "area in contact"})
 
     def plot(self, ax: Any = None, *, title: str = "Contact map") -> Figure:
         """Draw where a solution touches: the certain states, where the dataset has them; of a cable its line.
@@ -242,6 +264,25 @@ class ContactMethods:
         same_scales(axes)
         tidy(axes)
         return figure
+
+    def _own_model(self) -> ContactModel | None:
+        """Return the model that a solution's dataset tells; None where it tells none, or is a part of a lattice's."""
+        if KIND not in self._dataset.attrs:
+            return None
+        try:
+            return self._told(set())
+        except ValueError:
+            if "x" in self._dataset.dims:
+                return None
+            raise
+
+    def _at_nodes(self, name: str, model: ContactModel) -> Vector:
+        return values_at_nodes(self._in_order, name, model)
+
+    @property
+    def _in_order(self) -> xr.Dataset:
+        """The dataset with its coordinates ascending."""
+        return self._dataset.sortby([axis for axis in ("x", "y") if axis in self._dataset.dims])
 
     def _solved(self, name: str) -> xr.DataArray:
         if name not in self._dataset:

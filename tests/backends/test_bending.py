@@ -7,6 +7,7 @@ from strategies import BACKENDS
 import contactqp as cq
 
 CAPABLE = ("active-set", "clarabel", "osqp")
+ITERATING = ("psor", "mprgp")
 Z_MATRIX = tuple(name for name in BACKENDS if name in ("mangasarian", "multigrid"))
 
 
@@ -22,6 +23,41 @@ def test_a_heavy_beam_comes_down_where_it_should(backend, end, share):
     assert abs(spans["start"][1] - a) <= 1.001 * spacing
     assert spans["force_at_start"][1] == pytest.approx(share * a, abs=2 * spacing)
     assert abs(solution.force_balance.imbalance) < 1e-12
+
+
+def error(made, backend):
+    model, exact = made
+    solution = cq.solve(model, backend, tol=1e-6)
+    assert solution.status == cq.Status.CERTIFIED
+    return np.abs(solution.deflection - exact).max()
+
+
+@pytest.mark.parametrize("backend", CAPABLE)
+@pytest.mark.parametrize("end", ["pinned", "clamped"])
+@pytest.mark.parametrize("make", [cq.gallery.beam_on_floor, cq.gallery.beam_on_foundation])
+def test_beams_converge_with_second_order(make, end, backend):
+    coarse, fine = (error(make(20 * k - 1, 6 * k, end), backend) for k in (1, 4))
+    assert np.log2(coarse / fine) / 2 >= 1.8
+
+
+@pytest.mark.parametrize("backend", CAPABLE)
+def test_a_beam_between_floor_and_ceiling_converges_with_second_order(backend):
+    coarse, fine = (error(cq.gallery.beam_between_floor_and_ceiling(10 * k, 4 * k), backend) for k in (1, 2))
+    assert np.log2(coarse / fine) >= 1.8
+
+
+@pytest.mark.parametrize("backend", ITERATING)
+def test_what_relaxes_takes_short_beams(backend):
+    """The condition of a beam's matrix grows with the fourth power of its nodes, and so do sweeps."""
+    makes = cq.gallery.beam_on_floor, cq.gallery.beam_on_foundation
+    beams = [make(11, 4, end) for make in makes for end in ("pinned", "clamped")]
+    for made in (*beams, cq.gallery.beam_between_floor_and_ceiling(8, 3)):
+        assert error(made, backend) < 0.1 * made[1].max()
+
+
+def test_beams_whose_foundation_carries_all_are_refused():
+    with pytest.raises(ValueError, match=r"contact_starts_after must be < 15\.14, got 16: .* so stiff a foundation"):
+        cq.gallery.beam_on_foundation(39, 16, stiffness=6000.0)
 
 
 @pytest.mark.parametrize("backend", CAPABLE)

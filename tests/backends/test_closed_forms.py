@@ -60,8 +60,51 @@ def test_between_floor_and_ceiling_the_discrete_answer_is_exact(half, count, bac
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_an_orthotropic_ellipse_is_exact_but_for_its_frame(backend):
     assert error(cq.gallery.orthotropic_ellipse(0.1), backend) < 1e-9
-    coarse, fine = (error(cq.gallery.orthotropic_ellipse(spacing, fitted=False), backend) for spacing in (0.08, 0.02))
-    assert 0.6 < np.log(coarse / fine) / np.log(4) < 1.4
+    coarse, fine = (error(cq.gallery.orthotropic_ellipse(spacing, fitted=False), backend) for spacing in (0.08, 0.04))
+    assert 0.6 < np.log2(coarse / fine) < 1.4
+
+
+SECOND_ORDER_ON_DISKS = 0.25
+"""Error over the square of the spacing, or of the edges: it depends on how the contact's rim lies between the nodes."""
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_disk_on_a_floor_is_exact_to_second_order_on_a_fitted_lattice(backend):
+    for nodes in (10, 20):
+        for contact_radius in (0.4, 0.5, 0.6):
+            made = cq.gallery.disk_on_floor(1 / nodes, contact_radius)
+            assert error(made, backend) < SECOND_ORDER_ON_DISKS / nodes**2
+
+
+@pytest.mark.parametrize("backend", [name for name in BACKENDS if name != "multigrid"])  # which refuses meshes
+def test_a_disk_on_a_floor_is_exact_to_second_order_on_a_mesh(backend):
+    for refinements in (3, 4):
+        for contact_radius in (0.4, 0.5, 0.6):
+            made = cq.gallery.meshed_disk_on_floor(refinements, contact_radius)
+            assert error(made, backend) < SECOND_ORDER_ON_DISKS / 4**refinements
+
+
+def test_disks_converge_with_second_order():
+    """The largest error of several floors, as that of one goes up and down with the place of the contact's rim."""
+
+    def largest(make, size):
+        return max(error(make(size, a), "active-set") for a in (0.35, 0.4, 0.45, 0.5, 0.55, 0.6))
+
+    for make, sizes in ((cq.gallery.disk_on_floor, (1 / 8, 1 / 64)), (cq.gallery.meshed_disk_on_floor, (3, 6))):
+        coarse, fine = (largest(make, size) for size in sizes)
+        assert np.log2(coarse / fine) / 3 >= 1.8
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_an_ellipse_with_two_tensions_is_exact_to_second_order_on_a_fitted_lattice(backend):
+    """w = p(1 - x²/a² - y²/b²)/(2(T_x/a² + T_y/b²))."""
+    from shapely import Point, affinity
+
+    frame = cq.Frame.from_shapely(affinity.scale(Point(0, 0).buffer(1, quad_segs=2000), 1.5, 1.0))
+    for spacing in (0.2, 0.1):
+        model = cq.Membrane(frame.lattice(spacing, fitted=True), (2.0, 1.0), load=1.0, support=np.inf)
+        shape = 1 - (model.node_x / 1.5) ** 2 - model.node_y**2
+        assert error((model, shape / (2 * (2 / 1.5**2 + 1))), backend) < 0.1 * spacing**2
 
 
 def everything():

@@ -1,10 +1,13 @@
 """Solvers that other packages call by name: one tolerance, limits, settings, and who is left out and why."""
 
+import gc
 import subprocess
 import sys
 import textwrap
 import threading
+import time
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -47,6 +50,21 @@ def test_a_member_is_an_instance_that_is_made_by_its_name():
 def test_a_solver_that_nobody_finds_is_unknown(name):
     with pytest.raises(cq.UnknownBackendError, match=f"unknown backend '{name}'"):
         cq.solve(BOWL, name)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("qpsolvers:gurobi", r"qpsolvers knows the solver 'gurobi', but .*; type: pip install 'qpsolvers\[gurobi\]'"),
+        ("qpsolvers:jaxopt_osqp", r"type: pip install 'qpsolvers\[jaxopt\]'"),
+        ("cvxpy:knitro", r"cvxpy knows the solver 'knitro', but .*; type: pip install 'cvxpy\[knitro\]'"),
+        ("cvxpy:cplex", "install it as cvxpy tells"),
+    ],
+)
+def test_a_solver_that_is_known_and_not_installed(name, told):
+    with pytest.raises(cq.MissingBackendError, match=f"backend '{name}' is missing: .*{told}"):
+        backends.get_backend(name)
+    assert cq.compare(BOWL, [name]).rows[0].status == "missing"
 
 
 def test_a_mistyped_name_gets_a_suggestion():
@@ -280,9 +298,80 @@ def test_nothing_is_printed_by_a_fresh_process(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "nodes"), [("qpsolvers:highs", 60), ("qpsolvers:osqp", 200)])
-def test_ctrl_c_ends_a_long_solve_within_a_second(name, nodes):
-    assert seconds_to_answer(name, nodes, 1e-12) < 1.0
+@pytest.mark.parametrize(
+    ("name", "nodes", "after"),
+    [("qpsolvers:highs", 60, 4.0), ("qpsolvers:piqp", 150, 4.0), ("qpsolvers:osqp", 200, 1.0), ("cvxpy:scs", 150, 4.0)],
+)
+def test_ctrl_c_ends_a_long_solve_within_a_second(name, nodes, after):
+    assert seconds_to_answer(name, nodes, 1e-12, after) < 1.0
+
+
+def test_ctrl_c_that_a_solver_takes_for_itself_is_passed_on(monkeypatch):
+    """SCS and OSQP end then, and CVXPY says only that they have failed."""
+    scs = pytest.importorskip("scs")
+    monkeypatch.setattr(scs, "solve", lambda *given, **more: {"info": {"status": "interrupted", "status_val": -5}})
+    with pytest.raises(KeyboardInterrupt):
+        cq.solve(BOWL, "cvxpy:scs")
+
+
+@pytest.fixture
+def always_elsewhere(monkeypatch):
+    """PIQP is called in a process of its own at any size; returned are all those that were started."""
+    monkeypatch.setitem(SOLVERS, "piqp", replace(SOLVERS["piqp"], quick=0))
+    started = []
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda *a, _start=subprocess.Popen, **k: started.append(_start(*a, **k)) or started[-1]
+    )
+    return started
+
+
+@pytest.mark.slow
+def test_a_process_serves_all_loads_of_a_session_and_ends_with_it(always_elsewhere):
+    solver, here = cq.Solver(BOWL, "qpsolvers:piqp"), cq.Solver(BOWL, "cvxpy:clarabel")
+    for load in (4.0, 6.0):
+        solution = solver.solve(load=load)
+        assert solution.status == "certified"
+        np.testing.assert_allclose(solution.gap, here.solve(load=load).gap, atol=1e-6)
+    assert [process.poll() for process in always_elsewhere] == [None]
+    with pytest.raises(TypeError):
+        cq.solve(BOWL, "qpsolvers:piqp", settings={"max_iter": "many"})
+    assert cq.solve(BOWL, "qpsolvers:piqp").status == "certified"
+    assert [process.poll() is None for process in always_elsewhere] == [True, False, False]
+    del solver
+    gc.collect()
+    assert all(process.poll() is not None for process in always_elsewhere)
+
+
+@pytest.mark.slow
+def test_a_process_that_is_lost_is_told_and_another_is_started(always_elsewhere, monkeypatch):
+    solver = cq.Solver(BOWL, "qpsolvers:piqp")
+    assert solver.solve().status == "certified"
+    always_elsewhere[0].kill()
+    lost = solver.solve(load=5.0, on_failure="ignore")
+    assert lost.status == "failed"
+    assert "its process ended with code" in lost.termination
+    assert solver.solve(load=5.0).status == "certified"
+    assert len(always_elsewhere) == 2
+
+
+def test_where_no_process_can_be_started_and_for_what_cannot_be_sent_there_is_none(always_elsewhere, monkeypatch):
+    assert cq.solve(BOWL, "qpsolvers:piqp", settings={"verbose": Unsendable()}).status == "certified"
+    monkeypatch.setattr(sys, "executable", "/usr/bin/an-application")
+    assert cq.solve(BOWL, "qpsolvers:piqp").status == "certified"
+    assert always_elsewhere == []
+
+
+class Unsendable(int):
+    def __reduce_ex__(self, protocol):
+        raise TypeError("it stays here")
+
+
+@pytest.mark.slow
+def test_time_limits_end_what_does_not_look_at_the_clock():
+    started = time.perf_counter()
+    solution = cq.solve(cq.gallery.bowl(150), "qpsolvers:piqp", time_limit=4.0, on_failure="ignore")
+    assert solution.status == "time_limit"
+    assert time.perf_counter() - started < 4.0 + 1.0 + 1.0  # the limit, its slack, and the making of the problem
 
 
 def test_two_threads_may_call_different_packages_at_once():

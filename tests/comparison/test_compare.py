@@ -214,15 +214,21 @@ def test_an_answer_that_others_prove_right_is_no_false_claim(monkeypatch):
     assert row["relative_true_error"] <= 1e-6 < row["relative_bound"]
     assert comparison.false_claims == {}
     alone = cq.compare(cable, ["clarabel"], tol="default")
-    assert "is proven no better than to" in alone.false_claims["clarabel"]
+    assert alone.false_claims == {}
+    assert "and its gap is proven to" in alone.unproven_claims["clarabel"]
+    assert alone.verdict().endswith(" Said to have solved it, which is not proven (1): clarabel.")
 
 
-def test_a_false_claim_without_any_enclosure(monkeypatch):
+def test_without_any_enclosure_no_claim_is_called_false(monkeypatch):
     monkeypatch.setattr("contactqp.algebra.band.MOST_ENTRIES", 2)
     problem = cq.ContactQP(0.1 * np.eye(3) + 0.9, [-1.0, -0.9, -0.8])
     comparison = cq.compare(problem, ["osqp"], tol="default", options={"osqp": {"eps": 0.5}})
     assert comparison.truth is None
-    assert "and its residual is" in comparison.false_claims["osqp"]
+    assert comparison.false_claims == {}
+    told = comparison.unproven_claims["osqp"]
+    assert "and nothing is proven of its error; its residual is" in told
+    assert f"Unproven: osqp {told}." in repr(comparison)
+    assert json.loads(comparison.to_json())["unproven_claims"] == {"osqp": told}
     assert comparison.rows[0].gap_bound is None
     assert comparison.rows[0].boundary_distance is None
 

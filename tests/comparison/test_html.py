@@ -112,6 +112,8 @@ def test_what_it_tells(comparison, text, page):
     items = " ".join(page.texts["li"])
     assert "polish made the answer worse" in items
     assert all(sentence in items for sentence in comparison.false_claims.values())
+    unproven = len(comparison.unproven_claims)
+    assert f"Said to be solved, which is not proven ({unproven})" in page.texts["h3"]
     assert any(cell.startswith("the library's own defaults; given: rho = 0.01, polishing = True") for cell in cells)
     for package in ("contactqp", "Python", "numpy", "scipy", "numba", "osqp", "clarabel", "platform", "processors"):
         assert package in cells

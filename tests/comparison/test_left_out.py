@@ -31,6 +31,13 @@ def test_what_is_left_out_is_told(impractical, tmp_path):
     assert "Left out: clarabel" in comparison.report(tmp_path / "page.html").read_text(encoding="utf-8")
 
 
+def test_who_is_left_out_for_the_same_reason_stands_in_one_line(monkeypatch):
+    for method in (Mangasarian, Clarabel):
+        monkeypatch.setattr(method, "practical_size", 10)
+    comparison = compare(cq.gallery.bowl(5))
+    assert "Left out: clarabel, mangasarian: is practical up to 10 unknowns." in repr(comparison)
+
+
 def test_who_is_asked_by_name_is_never_left_out(impractical):
     comparison = compare(cq.gallery.bowl(5), ["clarabel", "psor"])
     assert comparison.left_out == {}

@@ -32,6 +32,42 @@ def test_what_is_written_is_read_again(tmp_path, suffix, upwards):
     np.testing.assert_allclose(read_answer(file, model, "deflection"), solution.gap, atol=1e-15)
 
 
+BOUNDED = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0], lower=[0.0, -np.inf], upper=[0.1, 2.0])
+
+
+def test_a_bare_problems_solution_is_a_table(tmp_path):
+    solution = cq.solve(BOUNDED)
+    with solution.save(tmp_path / "two.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["node"] for row in rows] == ["0", "1"]
+    told = {"gap": solution.gap, "reaction": solution.reaction, "lower": BOUNDED.lower, "upper": BOUNDED.upper}
+    for name, values in told.items():
+        np.testing.assert_array_equal([float(row[name]) for row in rows], values)
+    assert [row["contact_state"] for row in rows] == ["1.0", "0.0"]
+
+
+@pytest.mark.parametrize("problem", [BOUNDED, cq.ContactLCP([[3.0, -0.5], [-2.0, 3.0]], [-6.0, 1.0])])
+def test_a_bare_problems_solution_is_loaded_and_judged_anew(tmp_path, problem):
+    solution = cq.solve(problem, "psor", tol=1e-7)
+    file = solution.save(tmp_path / "two.npz")
+    again = cq.load_solution(file)
+    np.testing.assert_array_equal(again.gap, solution.gap)
+    assert (again.backend, again.tol, again.status) == ("psor", 1e-7, cq.Status.CERTIFIED)
+    assert (cq.read(file).G != problem.G).nnz == 0
+    assert cq.load_solution(file, tol=1e-3).tol == 1e-3
+    with np.load(file) as archive:
+        np.testing.assert_array_equal(archive["reaction"], solution.reaction)
+
+
+def test_what_a_bare_problems_solution_cannot_become(tmp_path):
+    solution = cq.solve(BOUNDED)
+    with pytest.raises(ValueError, match=r"solution of a bare problem .*\.nc'; known: \.csv \.npz"):
+        solution.save(tmp_path / "two.nc")
+    BOUNDED.write(tmp_path / "problem.npz")
+    with pytest.raises(ValueError, match=r"problem\.npz: it holds a problem, which contactqp.read returns, and no gap"):
+        cq.load_solution(tmp_path / "problem.npz")
+
+
 def test_a_table_of_nodes_is_read_in_any_order_and_where_there_is_no_support(tmp_path):
     model = cq.Membrane(LATTICE, 1.0, load=4.0, support=lambda x, y: np.where(x < 0, 0.1, np.inf))
     solution = cq.solve(model)

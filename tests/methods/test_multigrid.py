@@ -106,9 +106,7 @@ def admissible(problem, rng):
     return problem.project(rng.normal(size=problem.size))
 
 
-@given(lattices(), st.integers(1, 6))
-def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
-    lattice, problem, rng = case
+def assert_sweeps_are_gauss_seidel(lattice, problem, rng, count):
     layout = lattice.layout
     omega = layout.grid(admissible(problem, rng))
     expected = layout.vector(omega)
@@ -133,6 +131,23 @@ def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
         for k in range(1, count):
             sweep(*arguments, k, 1, border - k, border + k)
     np.testing.assert_allclose(layout.vector(omega), expected, atol=1e-13)
+
+
+@given(lattices(), st.integers(1, 6))
+def test_sweeps_are_gauss_seidel_in_red_black_order(case, count):
+    lattice, problem, rng = case
+    assert_sweeps_are_gauss_seidel(lattice, problem, rng, count)
+
+
+@pytest.mark.parametrize("upper", [np.inf, 0.2])
+def test_long_runs_on_springs_are_swept_as_short_ones(upper):
+    """Short ones are visited node by node, long ones in vectors."""
+    rng = np.random.default_rng(4)
+    mask = np.ones((3, 40), dtype=bool)
+    mask[1, 20], mask[2, 3:9] = False, False
+    stencil = Stencil(mask, 0.25, 0.25, rng.uniform(0.1, 0.5, mask.shape))
+    problem = cq.ContactQP(stencil, rng.normal(size=stencil.size), 0.0, upper)
+    assert_sweeps_are_gauss_seidel(arms_of(stencil, problem.layout), problem, rng, 4)
 
 
 @settings(max_examples=100)

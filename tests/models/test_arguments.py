@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -125,3 +126,12 @@ def test_a_contact_set_may_be_a_mask():
         assert_same_contact(solution, solution.gap)
     with pytest.raises(TypeError, match="first or second must be a Solution"):
         assert_same_contact(other, other)
+
+
+@pytest.mark.parametrize("given", ["bed.tif", Path("bed.tif")])
+@pytest.mark.parametrize("name", ["load", "support"])
+def test_the_name_of_a_file_is_no_field_and_is_told_what_reads_it(name, given):
+    fields = {"load": 1.0, "support": 1.0} | {name: given}
+    told = rf"{name} must hold real numbers, got .*bed\.tif.*contactqp\.read_field .* contactqp\.read_surface"
+    with pytest.raises(TypeError, match=told):
+        cq.Cable(nodes=3, spacing=1.0, tension=1.0, **fields)

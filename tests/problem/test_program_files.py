@@ -1,5 +1,8 @@
 """Problems as files, read again to the bit, and by the programs that they are for."""
 
+import subprocess
+import sys
+
 import highspy
 import numpy as np
 import pytest
@@ -74,6 +77,19 @@ def test_matrix_market_reads_what_is_written_for_it(tmp_path):
     (tmp_path / "x_q.mtx").unlink()
     with pytest.raises(FileNotFoundError, match=r"x_q\.mtx with the forces"):
         cq.read(tmp_path / "x.mtx")
+
+
+def test_a_singular_matrix_in_a_file_is_told_of_to_the_end(tmp_path):
+    file = PERIODIC.write(tmp_path / "a-file-with-a-long-name-of-its-own.mps")
+    with pytest.raises(ValueError, match="its row sums are zero: pass kernel='constant' if contact alone is to hold"):
+        cq.read(file)
+
+
+def test_nothing_is_printed_where_highs_reads(tmp_path):
+    UNEVEN.write(tmp_path / "x.mps")
+    code = f"import contactqp as cq; cq.read({str(tmp_path / 'x.mps')!r})"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (result.stdout, result.stderr) == ("", "")
 
 
 def test_a_dense_matrix_of_ones_own_is_read(tmp_path):

@@ -10,6 +10,7 @@ import numpy as np
 import pint
 import pytest
 import xarray as xr
+from triangulations import rings
 
 import contactqp as cq
 import contactqp.xarray  # registers ds.contact
@@ -43,6 +44,37 @@ def test_a_solution_answers_for_itself(name):
     assert float(histogram.sum()) == pytest.approx(own["area"].sum())
     assert histogram["lower"][0] == solution.contact_pressure[solution.contact].min()
     assert data.contact.plot(title="T").axes[0].get_title() == "T"
+
+
+def other_kinds():
+    """Return a mesh, a net, a beam with a free end and a fitted disk."""
+    points, triangles = rings(6)
+    positions, segments = [[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1]], [[0, 1], [0, 2], [0, 3], [0, 4]]
+    given = {"load": 1.0, "support": 0.1}
+    return {
+        "mesh": cq.MeshMembrane(points, triangles, 1.0, **given),
+        "net": cq.CableNet(positions, segments, force_density=np.ones(4), fixed=[1, 2, 3, 4], **given),
+        "beam": cq.Beam(10.0, spacing=0.5, bending_stiffness=1.0, load=0.2, support=0.1, ends=("clamped", "free")),
+        "fitted": cq.Membrane(cq.Frame.disk(1.0).lattice(0.2, fitted=True), 1.0, **given),
+    }
+
+
+@pytest.mark.parametrize("kind", ["mesh", "net", "beam", "fitted"])
+def test_patches_and_pressures_are_those_of_the_model_that_the_dataset_tells(kind):
+    solution = cq.solve(other_kinds()[kind])
+    data, own = solution.to_dataset(), solution.patches()
+    table = data.contact.patches()
+    assert len(table) == 1
+    assert table.equals(own[list(table)])
+    if kind == "net":
+        with pytest.raises(ValueError, match="stand for no area, so that there is no pressure; patches"):
+            data.contact.pressure_histogram()
+    else:
+        assert float(data.contact.pressure_histogram(5).sum()) == pytest.approx(own["area"].sum())
+    if kind == "mesh":
+        np.testing.assert_array_equal(data.contact.solve()["gap"], data["gap"])
+        with pytest.raises(ValueError, match="there are 126 points"):
+            data.isel(point=slice(1, None)).contact.patches()
 
 
 def test_the_variable_stays_what_it_is():

@@ -70,8 +70,79 @@ def test_torch_differentiates_contact():
     assert torch.autograd.gradcheck(lambda load: tuple(contact(CABLE, load, tol=1e-12)), (one,), eps=1e-5, atol=1e-6)
     assert contact(CABLE).gap.shape == (19,)
     assert contact(CABLE, one, support).gap.shape == (3, 19)
-    single = contact(CABLE, torch.ones(19, dtype=torch.float32)).gap
-    assert single.dtype == torch.float32
+
+
+def test_torch_differentiates_by_the_support_alone():
+    torch = pytest.importorskip("torch")
+    from contactqp.torch import contact
+
+    support = torch.tensor(SUPPORTS, requires_grad=True)
+    contact(CABLE, torch.tensor(LOADS), support).reaction.sum().backward()
+    _, by_support = Layer(CABLE).gradients(LOADS, SUPPORTS, Fields(0.0, 0.0, np.ones_like(LOADS)))
+    np.testing.assert_allclose(support.grad.numpy(), by_support)
+    one = torch.tensor(SUPPORTS[0], requires_grad=True)
+    answer = lambda support: tuple(contact(CABLE, support=support, tol=1e-12))  # noqa: E731
+    assert torch.autograd.gradcheck(answer, (one,), eps=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["float32", "float16", "bfloat16"])
+def test_torch_keeps_the_type_of_what_is_given(name):
+    torch = pytest.importorskip("torch")
+    from contactqp.torch import contact
+
+    dtype = getattr(torch, name)
+    load = torch.tensor(LOADS, dtype=dtype, requires_grad=True)
+    answer = contact(CABLE, load)
+    assert {field.dtype for field in answer} == {contact(CABLE, support=load.detach()).gap.dtype} == {dtype}
+    answer.reaction.sum().backward()
+    exact = load.detach().to(torch.float64).numpy()  # what the numbers are once they are rounded
+    by_load, _ = Layer(CABLE).gradients(exact, np.tile(CABLE.support, (3, 1)), Fields(0.0, 0.0, np.ones_like(exact)))
+    assert load.grad.dtype == dtype
+    np.testing.assert_allclose(load.grad.to(torch.float64), by_load, rtol=2 * torch.finfo(dtype).eps)
+    wider = torch.tensor(SUPPORTS, requires_grad=True)
+    contact(CABLE, load, wider).gap.sum().backward()
+    assert (contact(CABLE, load, wider).gap.dtype, wider.grad.dtype) == (torch.float64, torch.float64)
+
+
+def test_torch_func_differentiates_and_maps():
+    torch = pytest.importorskip("torch")
+    from contactqp.torch import contact
+
+    loads, supports = torch.tensor(LOADS), torch.tensor(SUPPORTS)
+    weights = Fields(0.0, np.ones_like(LOADS), 0.0)
+    by_load, by_support = Layer(CABLE).gradients(LOADS, SUPPORTS, weights)
+
+    def number(load, support):
+        return contact(CABLE, load, support).deflection.sum()
+
+    by_both = torch.func.vmap(torch.func.grad(number, argnums=(0, 1)))(loads, supports)
+    np.testing.assert_allclose(by_both[0], by_load)
+    np.testing.assert_allclose(by_both[1], by_support)
+    columns = torch.func.vmap(lambda load: contact(CABLE, load, supports[0]).gap, in_dims=1)(loads.T)
+    np.testing.assert_allclose(columns, contact(CABLE, loads, supports[0]).gap, rtol=1e-9, atol=1e-9)
+    jacobian = torch.func.jacrev(lambda load: contact(CABLE, load, tol=1e-12).reaction)(loads[0])
+    rows = torch.autograd.functional.jacobian(lambda load: contact(CABLE, load, tol=1e-12).reaction, loads[0])
+    np.testing.assert_allclose(jacobian, rows, atol=1e-12)
+
+
+def test_torch_tells_what_it_does_not_do():
+    torch = pytest.importorskip("torch")
+    from contactqp.torch import contact
+
+    load = torch.tensor(LOADS[0], requires_grad=True)
+    (slope,) = torch.autograd.grad((contact(CABLE, load).gap ** 2).sum(), load, create_graph=True)
+    with pytest.raises(NotImplementedError, match="contact has no second derivatives"):
+        slope.sum().backward()
+    with pytest.raises(TypeError, match=r"load must be a torch.Tensor, got array\("):
+        contact(CABLE, LOADS[0])
+    with pytest.raises(TypeError, match="support must be a tensor of floating-point numbers, got"):
+        contact(CABLE, support=torch.zeros(19, dtype=torch.int64))
+    with pytest.raises(ValueError, match=r"load must have shape \(\.\.\., 19\), got \(4,\)"):
+        contact(CABLE, torch.zeros(4))
+    with pytest.raises(ValueError, match=r"batches that go together, got shapes \(3, 19\) and \(2, 19\)"):
+        contact(CABLE, torch.zeros(3, 19), torch.zeros(2, 19))
+    with pytest.raises(ValueError, match="load and support must be on one device, got cpu and meta"):
+        contact(CABLE, torch.zeros(19), torch.zeros(19, device="meta"))
 
 
 def test_jax_differentiates_contact():
@@ -95,6 +166,11 @@ def test_jax_differentiates_contact():
         mapped = jax.vmap(jax.grad(lambda load: contact(CABLE, load).deflection.sum()))(LOADS)
         alone = [jax.grad(lambda load: contact(CABLE, load).deflection.sum())(load) for load in LOADS]
         np.testing.assert_allclose(mapped, np.array(alone), rtol=1e-9)
+        everywhere = contact(CABLE, 1.1, 3.0)
+        np.testing.assert_allclose(everywhere.gap, contact(CABLE, np.full(19, 1.1), np.full(19, 3.0)).gap)
+        assert jax.grad(lambda load: contact(CABLE, load, 3.0).reaction.sum())(1.1).shape == ()
+        with pytest.raises(ValueError, match=r"load must be a number or have shape \(..., 19\), got \(4,\)"):
+            contact(CABLE, np.ones(4))
         from jax.test_util import check_grads
 
         check_grads(

@@ -36,9 +36,16 @@ def cable(load=1.0, support=lambda x: 0.4 + 0.1 * np.sin(x), tension=2.0, frame_
     return cq.Cable(span=10.0, spacing=0.1, tension=tension, load=load, support=support, frame_height=frame_height)
 
 
-def beam(load=1.0, support=lambda x: 0.4 + 0.1 * np.sin(x), tension=2.0, frame_height=0.0, foundation=0.2):
+def beam(
+    load=1.0,
+    support=lambda x: 0.4 + 0.1 * np.sin(x),
+    tension=2.0,
+    frame_height=0.0,
+    foundation=0.2,
+    bending_stiffness=0.7,
+):
     given = {"support": support, "frame_height": frame_height, "foundation": foundation, "ends": ("clamped", "pinned")}
-    return cq.Beam(span=10.0, spacing=0.25, bending_stiffness=0.7, tension=tension, load=load, **given)
+    return cq.Beam(span=10.0, spacing=0.25, bending_stiffness=bending_stiffness, tension=tension, load=load, **given)
 
 
 def with_pit(load=0.3, support=None, tension=1.0, frame_height=0.0):
@@ -58,12 +65,18 @@ def net(load=0.17, support=0.12, frame_height=0.0, tension=1.0):
     )
 
 
+def plate(load=300.0, support=0.5, tension=2.0, frame_height=0.0, bending_stiffness=1.0):
+    given = {"support": support, "tension": tension, "frame_height": frame_height, "load": load}
+    return cq.Plate(cq.Frame.rectangle(1.5, 1).lattice(0.125), bending_stiffness, **given)
+
+
 MODELS: dict[str, Any] = {
     "membrane": membrane,
     "upwards": turned_over,
     "between": between,
     "cable": cable,
     "beam": beam,
+    "plate": plate,
     "pit": with_pit,
     "net": net,
 }
@@ -83,11 +96,12 @@ def values(model, name):
 
 ARMS = ("arms_x", "arms_y")
 POINTS = ("frame_heights", "fixed_height")
+STIFF = ("point_stiffness",)
 CASES = [
     (kind, name)
     for kind, make in MODELS.items()
     for name in exactly(make()).sensitivity().parameters
-    if name not in ARMS + POINTS  # no arguments that these are made from
+    if name not in ARMS + POINTS + STIFF  # no arguments that these are made from
 ]
 
 
@@ -206,6 +220,31 @@ def test_derivatives_by_the_height_of_each_point_of_the_frame(kind):
     told = float(model.node_x @ found.gap) + found.total_reaction
     assert float((gradient[name] * direction).sum()) == pytest.approx(told, rel=1e-9, abs=1e-9)
     assert gradient[name].sum() == pytest.approx(gradient["frame_height"], rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("ends", [("clamped", "pinned"), ("free", "clamped"), ("pinned", "free")])
+def test_derivatives_by_the_stiffness_of_each_point_of_a_beam(ends):
+    given = {"spacing": 0.25, "tension": 0.5, "load": 1.0, "support": 0.4, "foundation": 0.2, "ends": ends}
+    points = 41
+
+    def stiff(step):
+        return 0.7 + step * (1 + np.sin(np.arange(points)))
+
+    after, before = (exactly(cq.Beam(10.0, bending_stiffness=stiff(step), **given)) for step in (1e-5, -1e-5))
+    sensitivity = exactly(cq.Beam(10.0, bending_stiffness=stiff(0.0), **given)).sensitivity()
+    direction = stiff(1.0) - stiff(0.0)
+    found = sensitivity.forward(point_stiffness=direction)
+    for quantity in ("gap", "deflection", "reaction"):
+        difference = (getattr(after, quantity) - getattr(before, quantity)) / 2e-5
+        told = getattr(found, quantity)
+        np.testing.assert_allclose(told, difference, rtol=1e-5, atol=1e-6 * np.abs(told).max())
+    gradient = sensitivity.adjoint(reaction=1.0, by="point_stiffness")["point_stiffness"]
+    assert float(gradient @ direction) == pytest.approx(found.total_reaction, rel=1e-9)
+
+
+def test_a_gradient_of_nothing_is_asked_for_its_weights():
+    with pytest.raises(TypeError, match=r"gap=, deflection= or reaction=: reaction=1\.0 is the total reaction"):
+        exactly(cable()).sensitivity().adjoint()
 
 
 def test_a_beam_without_tension_has_a_derivative_by_it():

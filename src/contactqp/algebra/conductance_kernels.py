@@ -28,17 +28,18 @@ def _paths(indptr, indices, left, i, j, from_i, from_j):  # type: ignore[no-unty
 
 
 @njit(
-    "boolean(int64[::1], int64[::1], int64[::1], float64[::1], int64[::1], int64[::1], float64, float64)",
+    "void(int64[::1], int64[::1], int64[::1], float64[::1], int64[::1], int64[::1], boolean[::1], float64, float64)",
     cache=True,
     nogil=True,
 )
-def pay(indptr, indices, rows, left, mirrored, owed, most, least):  # type: ignore[no-untyped-def]
+def pay(indptr, indices, rows, left, mirrored, owed, unpaid, most, least):  # type: ignore[no-untyped-def]
     """Do what `contactqp.algebra.conductances.pay_in_python` does."""
     longest = 0
     for i in range(indptr.size - 1):
         longest = max(longest, indptr[i + 1] - indptr[i])
     from_i, from_j = np.empty(longest, dtype=np.int64), np.empty(longest, dtype=np.int64)
-    for place in owed:
+    for debt in range(owed.size):
+        place = owed[debt]
         paths = _paths(indptr, indices, left, rows[place], indices[place], from_i, from_j)
         capacity = 0.0
         for path in range(paths):
@@ -46,11 +47,11 @@ def pay(indptr, indices, rows, left, mirrored, owed, most, least):  # type: igno
             capacity += min(a, b) * (max(a, b) / (a + b))
         capacity *= 1 - 2 * (paths + 8) * _UNIT
         if not -left[place] < most * capacity:
-            return False
+            unpaid[debt] = True
+            continue
         part = (1 - (-left[place] / capacity) * (1 + 4 * _UNIT)) * (1 - 8 * _UNIT)
         for path in range(paths):
             for entry in (from_i[path], from_j[path]):
                 rest = left[entry] * part
                 left[entry] = left[mirrored[entry]] = 0.0 if rest < least else rest
         left[place] = left[mirrored[place]] = 0.0
-    return True

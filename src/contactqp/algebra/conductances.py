@@ -12,7 +12,8 @@ w_k = ab/(a + b), W = Σw_k, all these conductances lose the same part t = g/W o
 t < 1 they remain positive. What is left has the same row sums and no positive entry beside the diagonal, and what was
 taken away is positive semidefinite, so that Ã ≼ A (support-graph theory: Vaidya; Gremban; Boman and Hendrickson,
 *Support theory for preconditioning*, SIAM J. Matrix Anal. Appl. 25, 2003). Payments are made one after the other, each
-from what those before have left, which changes nothing of this.
+from what those before have left, which changes nothing of this. Entries for which too little is left come first when
+all payments are made anew, some times at most.
 
 *Rounding.* A conductance that is made smaller, and a diagonal entry that is made smaller, only take more away. So t is
 rounded upwards (W has at most m terms of three roundings each, and m - 1 sums of positive numbers), what is left of a
@@ -36,6 +37,9 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 _MOST_PAID, _LEAST_CONDUCTANCE = 0.999, 1e-280
+
+_ROUNDS, _FEW, _FEW_OF = 6, 10, 0.01
+"""So often are all payments made, and so many entries, or this part of them, may be unpaid for it to be worth it."""
 
 _CHUNK = 200_000
 """Payments between two moments at which Ctrl-C is answered."""
@@ -80,16 +84,10 @@ def m_matrix_below(matrix: csr_array) -> csr_array | None:
     left = np.where(given < _LEAST_CONDUCTANCE, np.minimum(given, 0.0), given)
     owed = np.flatnonzero((left < 0) & (rows < indices))
     if owed.size:
-        # Where the entry (j, i) stands for each entry (i, j): the pattern is symmetric, and in ascending order.
-        mirrored = np.lexsort((rows, indices))
-        pay: Any = pay_in_python
-        if owed.size > _WORTH_COMPILING:
-            load_modules("contactqp.algebra.conductance_kernels", kernels="smallest eigenvalue")
-            from .conductance_kernels import pay
-        for first in range(0, owed.size, _CHUNK):
-            some = owed[first : first + _CHUNK]
-            if not pay(indptr, indices, rows, left, mirrored, some, _MOST_PAID, _LEAST_CONDUCTANCE):
-                return None
+        paid = _paid(indptr, indices, rows, left, owed)
+        if paid is None:
+            return None
+        left = paid
     lost = given - left
     diagonal = matrix.diagonal()
     total = diagonal - np.bincount(rows, weights=lost, minlength=size)
@@ -104,6 +102,33 @@ def m_matrix_below(matrix: csr_array) -> csr_array | None:
     return below
 
 
+def _paid(
+    indptr: NDArray[np.int64],
+    indices: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    given: Vector,
+    owed: NDArray[np.int64],
+) -> Vector | None:
+    """Return the conductances after all payments, None where an entry cannot be paid."""
+    # Where the entry (j, i) stands for each entry (i, j): the pattern is symmetric, and in ascending order.
+    mirrored = np.lexsort((rows, indices))
+    pay: Any = pay_in_python
+    if owed.size > _WORTH_COMPILING:
+        load_modules("contactqp.algebra.conductance_kernels", kernels="smallest eigenvalue")
+        from .conductance_kernels import pay
+    for _ in range(_ROUNDS):
+        left, unpaid = given.copy(), np.zeros(owed.size, dtype=bool)
+        for first in range(0, owed.size, _CHUNK):
+            chosen = slice(first, first + _CHUNK)
+            pay(indptr, indices, rows, left, mirrored, owed[chosen], unpaid[chosen], _MOST_PAID, _LEAST_CONDUCTANCE)
+        if not unpaid.any():
+            return left
+        if np.count_nonzero(unpaid) > max(_FEW, _FEW_OF * owed.size):
+            return None
+        owed = np.concatenate([owed[unpaid], owed[~unpaid]])
+    return None
+
+
 def pay_in_python(
     indptr: NDArray[np.int64],
     indices: NDArray[np.int64],
@@ -111,10 +136,11 @@ def pay_in_python(
     left: Vector,
     mirrored: NDArray[np.int64],
     owed: NDArray[np.int64],
+    unpaid: NDArray[np.bool_],
     most: float,
     least: float,
-) -> bool:
-    """Pay negative conductances from those of the paths beside them, in place; return whether all could be paid.
+) -> None:
+    """Pay negative conductances from those of the paths beside them, in place, but for those that cannot be paid.
 
     Parameters
     ----------
@@ -124,12 +150,14 @@ def pay_in_python(
         The conductances, of which those paid become zero.
     owed : array of int
         Where the negative ones stand, each pair of unknowns once.
+    unpaid : array of bool
+        Becomes true for those that cannot be paid.
     most : float
         Part of a conductance that may go into a payment, so that something is left of it.
     least : float
         Conductances below this are given up.
     """
-    for place in owed:
+    for debt, place in enumerate(owed):
         i, j = rows[place], indices[place]
         at_i, at_j = np.arange(indptr[i], indptr[i + 1]), np.arange(indptr[j], indptr[j + 1])
         _, in_i, in_j = np.intersect1d(indices[at_i], indices[at_j], assume_unique=True, return_indices=True)
@@ -140,10 +168,10 @@ def pay_in_python(
         capacity = float((np.minimum(a, b) * (np.maximum(a, b) / (a + b))).sum())
         capacity *= 1 - 2 * (a.size + 8) * UNIT_ROUNDOFF
         if not -left[place] < most * capacity:
-            return False
+            unpaid[debt] = True
+            continue
         part = (1 - (-left[place] / capacity) * (1 + 4 * UNIT_ROUNDOFF)) * (1 - 8 * UNIT_ROUNDOFF)
         for entries in (first, second):
             rest = left[entries] * part
             left[entries] = left[mirrored[entries]] = np.where(rest < least, 0.0, rest)
         left[place] = left[mirrored[place]] = 0.0
-    return True

@@ -88,7 +88,8 @@ def get_backend(backend: str | Backend) -> Backend:
     UnknownBackendError
         If there is no such backend; the message lists the known ones.
     MissingBackendError
-        If another distribution's backend cannot be loaded; the message says why.
+        If another distribution's backend cannot be loaded, or a package that calls solvers by name knows this one and
+        does not find it; the message says why, and what to install.
     """
     from .base import Backend
     from .contract import check_declared
@@ -107,6 +108,9 @@ def get_backend(backend: str | Backend) -> Backend:
         if members.knows(solver):
             found: Backend = members(solver)
             return found
+        missing = members.why_not_found(solver)
+        if missing is not None:
+            raise MissingBackendError(f"backend {backend!r} is missing: {missing}")
     if backend in _outsiders():
         return _loaded(backend, _outsiders()[backend])
     if family is None:
@@ -206,7 +210,8 @@ def _obstacle(name: str, problem: ContactProblem) -> _Obstacle | None:
     """Return what stands against asking a backend, None if nothing does."""
     backend = _callable_backend(name)
     if isinstance(backend, str):
-        return _Obstacle(f"cannot be called: {backend}", missing=True)
+        told = backend.removeprefix(f"backend {name!r} ")
+        return _Obstacle(f"cannot be called: {told}", missing=True)
     try:
         backend.check_problem(problem)
     except UnsuitableProblemError as error:

@@ -104,7 +104,7 @@ class _Symmetric(Need):
 
 
 class _Definite(Need):
-    name = "positive definite"
+    name = "definite"
 
     def holds(self, problem: ContactProblem) -> str | None:
         if problem.kernel is None:
@@ -457,9 +457,14 @@ class Backend(ABC):
                 raise TypeError(f"backend {self.name!r} has no option {option!r}{meant}; its options: {listed}")
         check_values(self._written(), options)
 
+    @property
+    def all_needs(self) -> tuple[Need, ...]:
+        """What the method relies on: `USUAL`, but for what it does without, and its own `needs`."""
+        return (*(need for need in USUAL if need not in self.does_without), *self.needs)
+
     def check_problem(self, problem: ContactProblem) -> None:
         """Raise an UnsuitableProblemError if the problem lacks a property that the method relies on."""
-        for need in (*(need for need in USUAL if need not in self.does_without), *self.needs):
+        for need in self.all_needs:
             reason = need.holds(problem)
             if reason is not None:
                 raise UnsuitableProblemError(f"backend {self.name!r} needs {reason}")

@@ -93,7 +93,7 @@ class _Prepared(StateInRows):
     def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:
         """See `LibraryState.set_up`."""
         sizes = (self.library.ZeroConeT, ask.form.equations), (self.library.NonnegativeConeT, ask.form.inequalities)
-        matrix, cones = upper_triangle(self.problem) * ask.weight, [cone(size) for cone, size in sizes if size]
+        matrix, cones = upper_triangle(self.problem.G) * ask.weight, [cone(size) for cone, size in sizes if size]
         return self.library.DefaultSolver(matrix, vectors["q"], ask.form.matrix, vectors["b"], cones, self._told(ask))
 
     def change(self, workspace: Workspace, changed: Vectors) -> bool:

@@ -6,14 +6,14 @@ Research 17 (2016).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ..problem.contact_problem import ContactProblem
 from .base import Task
-from .families import Member, MemberState, Settings
-from .library import Ask, Reply, Vectors, Workspace
+from .families import Found, Member, MemberState, Program, Question, Settings
 from .option_checks import Positive
 from .solvers import solvers_through
 
@@ -30,9 +30,14 @@ class Cvxpy(Member):
         quadratic = {*defined.QP_SOLVERS, *map(str.upper, solvers_through("cvxpy"))}
         return [name.lower() for name in library.installed_solvers() if name in quadratic]
 
+    @staticmethod
+    def known_by(library: Any) -> list[str]:
+        """See `Member.known_by`."""
+        return [name.lower() for name in library.reductions.solvers.defines.QP_SOLVERS]
+
     def prepare(
         self, problem: ContactProblem, task: Task, *, eps: Positive | None = None, settings: Settings | None = None
-    ) -> _Prepared:
+    ) -> MemberState:
         """State the program in CVXPY's words.
 
         Parameters
@@ -44,42 +49,54 @@ class Cvxpy(Member):
         settings : mapping of str to object, optional
             Settings of the solver, by its own names.
         """
-        return _Prepared(self, Cvxpy.prepare, problem, task, {"eps": eps, "settings": settings})
+        return MemberState(self, _Program, Cvxpy.prepare, problem, task, {"eps": eps, "settings": settings})
 
 
-class _Prepared(MemberState):
-    """The stated program; it is stated anew at each load.
+class _Program(Program):
+    """The stated program; it is stated anew for other vectors.
 
     With forces and limits as parameters CVXPY would keep an array of 2 n² numbers.
     """
 
-    imports: ClassVar[str] = "cvxpy"
+    family: ClassVar[str] = "cvxpy"
 
-    def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:
-        """See `LibraryState.set_up`; returned are the variable, the equations, and the problem."""
-        form, cp, limits = ask.form, self.library, vectors["b"]
-        gap, rows, equations = cp.Variable(self.problem.size), form.matrix, form.equations
-        energy = 0.5 * cp.quad_form(gap, cp.psd_wrap(self.problem.G.tocsc())) + vectors["q"] @ gap
-        equal = [rows[:equations] @ gap == limits[:equations]] if equations else []
-        below = [rows[equations:] @ gap <= limits[equations:]] if form.inequalities else []
-        # Some solvers take no program without a row.
-        return gap, equal, cp.Problem(cp.Minimize(energy), [*equal, *below] or [0.0 * cp.sum(gap) <= 1.0])
-
-    def change(self, workspace: Workspace, changed: Vectors) -> bool:
-        """See `LibraryState.change`."""
-        return False
-
-    def ask(self, workspace: Workspace, ask: Ask, settings: dict[str, Any]) -> Reply:
-        """See `MemberState.ask`."""
-        variable, equal, stated = workspace
+    def found(self, question: Question, settings: Mapping[str, Any]) -> Found:
+        """See `Program.found`."""
+        variable, equal, stated = self._stated(question)
         try:
-            stated.solve(solver=self.member.solver.upper(), warm_start=False, **settings)
+            data, chain, inverse = stated.get_problem_data(self.solver.upper(), solver_opts=dict(settings))
+            # What the solver itself says of Ctrl-C, CVXPY does not pass on.
+            told = chain.solve_via_data(stated, data, warm_start=False, verbose=False, solver_opts=dict(settings))
+            if _interrupted(told):
+                return Found("interrupted")
+            stated.unpack_results(told, chain, inverse)
         except (self.library.error.SolverError, ArithmeticError) as error:
-            return self.reply(ask, None, " ".join(str(error).split()), None, solved=False)
-        told, gap = stated.solver_stats, variable.value
-        gap = None if gap is None else np.array(gap, dtype=np.float64)
-        if gap is not None and equal:
-            multiplier = equal[0].dual_value
-            gap = ask.form.gap(ask.problem, gap, np.zeros(gap.size) if multiplier is None else multiplier)
-        done = None if told is None or told.num_iters is None else int(told.num_iters)
-        return self.reply(ask, gap, str(stated.status), done, solved=stated.status == self.library.OPTIMAL)
+            return Found(" ".join(str(error).split()))
+        gap = None if variable.value is None else np.array(variable.value, dtype=np.float64)
+        multiplier = equal[0].dual_value if equal else None
+        stats = stated.solver_stats
+        done = None if stats is None or stats.num_iters is None else int(stats.num_iters)
+        return Found(str(stated.status), gap, multiplier, done, solved=stated.status == self.library.OPTIMAL)
+
+    def _stated(self, question: Question) -> tuple[Any, list[Any], Any]:
+        """Return the variable, the equations and the problem."""
+        cp, rows, equations, limits = self.library, self.rows, self.equations, question.limits
+        vectors = np.concatenate([question.q, limits])
+        if self._last is None or not np.array_equal(vectors, self._last[0]):
+            gap = cp.Variable(question.q.size)
+            energy = 0.5 * cp.quad_form(gap, cp.psd_wrap(self.stiffness.tocsc())) + question.q @ gap
+            equal = [rows[:equations] @ gap == limits[:equations]] if equations else []
+            below = [rows[equations:] @ gap <= limits[equations:]] if rows.shape[0] > equations else []
+            # Some solvers take no program without a row.
+            stated = cp.Problem(cp.Minimize(energy), [*equal, *below] or [0.0 * cp.sum(gap) <= 1.0])
+            self._last = vectors, (gap, equal, stated)
+        return self._last[1]
+
+    _last: tuple[Any, tuple[Any, list[Any], Any]] | None = None
+
+
+def _interrupted(told: Any) -> bool:
+    """Whether a solver says that Ctrl-C has ended it."""
+    info = told.get("info") if isinstance(told, dict) else getattr(told, "info", None)
+    status = info.get("status") if isinstance(info, dict) else getattr(info, "status", None)
+    return "interrupt" in str(status)

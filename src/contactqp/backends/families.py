@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache
-from importlib import import_module
+from importlib import import_module, metadata
 from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from ..errors import MissingBackendError
 from ..foundation.checks import Vector
+from ..foundation.interrupts import OutOfTime
 from ..foundation.loading import loaded
 from ..foundation.quiet import output_discarded, warnings_ignored
 from ..problem.contact_problem import ContactProblem
-from .base import Backend, Need, Stop, Task
-from .library import Ask, Outcome, Plan, Reply, Workspace
+from .base import Answer, Backend, Need, Stop, Task
+from .library import Ask, Outcome, Plan, Reply, Vectors
 from .option_checks import Check
+from .processes import Elsewhere, Here, LostProcessError, Placed, can_be_sent
 from .rows import StateInRows
 from .solvers import facts_of, solvers_through
 
 _SOLVED, _BEST, _NOTHING, _ITERATIONS, _TIME = "solved", "best", "nothing", "iteration limit", "time limit"
+_ENDED = "ended at the time limit"
 _MANY_ROUNDS = 20
+
+_GRACE = 0.2
+"""Seconds after the time limit for solvers that watch the clock themselves; then their process is ended."""
 
 
 def _named_settings(value: Any, name: str) -> None:
@@ -97,6 +104,27 @@ class Member(Backend):
         """Whether there is a solver of that name; the package is loaded only for one that is not in the table."""
         return solver in cls.listed() or solver in _found(cls)
 
+    @classmethod
+    def why_not_found(cls, solver: str) -> str | None:
+        """Return what to install for a solver that the package knows and does not find here; None if it knows none."""
+        if solver not in _known(cls):
+            return None
+        extra = solver.replace("_", "-")
+        extras = metadata.metadata(cls.family).get_all("Provides-Extra") or []
+        named = next((known for known in (extra, extra.split("-")[0]) if known in extras), None)
+        install = f"type: pip install '{cls.family}[{named}]'" if named else f"install it as {cls.family} tells"
+        return f"{cls.family} knows the solver {solver!r}, but does not find it here; {install}"
+
+    @staticmethod
+    @abstractmethod
+    def known_by(library: Any) -> list[str]:
+        """Return the names of all solvers of quadratic programs that the package could call, installed or not.
+
+        Parameters
+        ----------
+        library : module
+        """
+
     def require(self) -> None:
         """See `Backend.require`; the package must find the solver, too."""
         super().require()
@@ -107,12 +135,94 @@ class Member(Backend):
             )
 
 
+@dataclass(frozen=True)
+class Question:
+    """The vectors of a program; the matrices do not change.
+
+    Attributes
+    ----------
+    q : array, shape (n,)
+    limits : array, shape (rows,)
+        The right-hand side of the rows, those of equations first.
+    lower, upper : array, shape (n,)
+        The bounds, infinite where an equation stands in their place.
+    start : array, shape (n,), or None
+    """
+
+    q: Vector
+    limits: Vector
+    lower: Vector
+    upper: Vector
+    start: Vector | None
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a package has found.
+
+    Attributes
+    ----------
+    word : str
+        The solver's own word for its end.
+    gap : array, shape (n,), or None
+    multiplier : array, shape (equations,), or None
+        Those of the equations, where they are told.
+    iterations : int or None
+        None where it does not tell.
+    solved : bool
+        Whether the solver says that it has solved the problem.
+    """
+
+    word: str
+    gap: Vector | None = None
+    multiplier: Vector | None = None
+    iterations: int | None = None
+    solved: bool = False
+
+
+class Program(ABC):
+    """A program as a package has it solved; it may be in a process of its own.
+
+    Parameters
+    ----------
+    solver : str
+        The name that the package has for it.
+    stiffness : sparse array, shape (n, n)
+    rows : sparse matrix, shape (rows, n)
+    equations : int
+        How many of the rows are equations, which come first; the others are inequalities, at most.
+    """
+
+    family: ClassVar[str]
+
+    def __init__(self, solver: str, stiffness: Any, rows: Any, equations: int) -> None:
+        self.solver, self.facts = solver, facts_of(solver, self.family)
+        self.stiffness, self.rows, self.equations = stiffness, rows, equations
+        with warnings_ignored():
+            self.library = loaded(self.family)
+            if self.facts.greets:
+                _hear_out(self.facts.greets)
+
+    def solve(self, question: Question, settings: Mapping[str, Any]) -> Found:
+        """Call the solver with its own settings; what it warns of is told by its words."""
+        with warnings_ignored():
+            return self.found(question, settings)
+
+    @abstractmethod
+    def found(self, question: Question, settings: Mapping[str, Any]) -> Found:
+        """Call the package once."""
+
+
 class MemberState(StateInRows):
     """A problem in a package that calls solvers by name.
+
+    A solver whose call may take longer than a second is called in a process of its own, which Ctrl-C and the time limit
+    end: see `contactqp.backends.processes`.
 
     Parameters
     ----------
     member : Member
+    program : type of Program
     declared, problem, task, options
         As for `LibraryState`; the options are ``eps`` and ``settings``.
     """
@@ -124,23 +234,24 @@ class MemberState(StateInRows):
         _NOTHING: Outcome(Stop.DONE),
         _ITERATIONS: Outcome(Stop.ITERATION_LIMIT),
         _TIME: Outcome(Stop.TIME_LIMIT),
+        _ENDED: Outcome(Stop.TIME_LIMIT, keeps=False),
     }
 
     def __init__(
         self,
         member: Member,
+        program: type[Program],
         declared: Callable[..., Any],
         problem: ContactProblem,
         task: Task,
         options: Mapping[str, Any],
     ) -> None:
+        vars(self).update(imports=program.family)
         with warnings_ignored():
             super().__init__(declared, problem, task, options)
-        self.member, self.facts = member, member.facts
+        self.member, self.program, self.facts = member, program, member.facts
         self.through = member.facts.through[member.family]
         vars(self).update(tightest=self.facts.tightest, most_iterations=self._most)
-        if self.facts.greets:
-            _hear_out(self.facts.greets)
 
     @property
     def _most(self) -> int:
@@ -153,39 +264,61 @@ class MemberState(StateInRows):
             return Plan(self.eps or np.inf, most, f"{self.member.solver} as {self.member.family} calls it by default")
         return Plan(self.eps or max(task.tol**self.facts.order, self.facts.tightest), most)
 
-    def call(self, workspace: Workspace, ask: Ask) -> Reply:
-        """See `LibraryState.call`; what the solver warns of is told by its words.
+    def vectors(self, ask: Ask) -> Vectors:
+        """See `LibraryState.vectors`; they are handed over at each call."""
+        return {}
+
+    def set_up(self, ask: Ask, vectors: Vectors) -> Placed:
+        """See `LibraryState.set_up`."""
+        program = self.program, self.member.solver, self.problem.G, ask.form.matrix, ask.form.equations
+        if self.problem.size > self.facts.quick and can_be_sent(self.settings):
+            try:
+                return Elsewhere(*program)
+            except LostProcessError:  # where none can be started, Ctrl-C may come late
+                pass
+        return Here(*program)
+
+    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
+        """See `State.solve`; a process outlives it only where there may be another load."""
+        answer = super().solve(q, task, problem)
+        if not task.keeps:
+            for workspace in self.dropped():
+                workspace.end()
+        return answer
+
+    def call(self, workspace: Placed, ask: Ask) -> Reply:
+        """See `LibraryState.call`.
 
         Some solvers catch Ctrl-C while they work, so that nobody else gets to know of it but by their words.
         """
-        with warnings_ignored():
-            reply = self.ask(workspace, ask, self._told(ask))
-        if "interrupt" in reply.words.lower():
+        problem, form, task = ask.problem, ask.form, ask.task
+        start = problem.project(task.warm_start) if self.facts.warm and task.warm_start is not None else None
+        lower, upper = form.box(problem)
+        question = Question(np.array(problem.q), form.limits(problem), lower, upper, start)
+        seconds = None if task.time_limit is None else ask.seconds + _GRACE
+        try:
+            found: Found = workspace.call("solve", question, self._told(ask), seconds=seconds)
+        except OutOfTime:
+            return Reply(_ENDED, None, 0, _ENDED)
+        except LostProcessError as error:
+            return Reply(str(error), None, 0, str(error))
+        except BaseException:
+            workspace.end()
+            raise
+        if "interrupt" in found.word.lower():
             raise KeyboardInterrupt
-        return reply
+        return self._reply(ask, found)
 
-    @abstractmethod
-    def ask(self, workspace: Workspace, ask: Ask, settings: dict[str, Any]) -> Reply:
-        """Call the package once, with the solver's own settings."""
-
-    def reply(self, ask: Ask, gap: Vector | None, word: str, iterations: int | None, *, solved: bool) -> Reply:
-        """Return what the package has found.
-
-        Parameters
-        ----------
-        ask : Ask
-        gap : array, shape (n,), or None
-        word : str
-            The solver's own word for its end.
-        iterations : int or None
-            None where it does not tell.
-        solved : bool
-            Whether the solver says that it has solved the problem.
-        """
-        done = int(iterations or 0) if self.through.counted else 1
+    def _reply(self, ask: Ask, found: Found) -> Reply:
+        """Return what the package has found, as a gap."""
+        done = int(found.iterations or 0) if self.through.counted else 1
+        gap = found.gap
+        if gap is not None and ask.form.equations:
+            unknown = np.zeros(ask.form.equations)
+            gap = ask.form.gap(ask.problem, gap, unknown if found.multiplier is None else found.multiplier)
         if gap is None or not np.isfinite(gap).all():
             status, gap = _NOTHING, None
-        elif solved:
+        elif found.solved:
             status = _SOLVED
         elif ask.task.seconds_left <= 0:
             status = _TIME
@@ -193,7 +326,8 @@ class MemberState(StateInRows):
             status = _ITERATIONS
         else:
             status = _BEST
-        word = word if " " in word else word.rsplit(".")[-1]  # the name of a member of an enumeration
+        # Of the name of a member of an enumeration only the last part is of interest.
+        word = found.word if " " in found.word else found.word.rsplit(".")[-1]
         eps = f", eps {ask.eps:.0e}" if self.facts.tolerances and np.isfinite(ask.eps) else ""
         return Reply(status, gap, done, f"{word}{eps}")
 
@@ -217,6 +351,16 @@ def _found(member: type[Member]) -> tuple[str, ...]:
     try:
         with warnings_ignored():
             return tuple(member.offered(loaded(member.family)))
+    except Exception:
+        return ()
+
+
+@cache
+def _known(member: type[Member]) -> tuple[str, ...]:
+    """Return the solvers that a package knows, none where it is not installed or cannot be loaded."""
+    try:
+        with warnings_ignored():
+            return tuple(member.known_by(loaded(member.family)))
     except Exception:
         return ()
 

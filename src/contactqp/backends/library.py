@@ -257,6 +257,11 @@ class LibraryState(State):
         self._kept = {weight: slot for weight, slot in kept.items() if slot.outcome.keeps}
         return answer
 
+    def dropped(self) -> list[Workspace]:
+        """Return the workspaces that were kept for the next load, and keep them no longer."""
+        kept, self._kept = self._kept, {}
+        return [slot.workspace for slot in kept.values()]
+
 
 @dataclass
 class _Kept:

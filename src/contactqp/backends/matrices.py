@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from ..foundation.loading import load_modules
-from ..problem.contact_problem import ContactProblem
 
 
-def upper_triangle(problem: ContactProblem) -> Any:
-    """Return the upper triangle of the problem's matrix, a csc_matrix of shape (n, n)."""
+def upper_triangle(matrix: Any) -> Any:
+    """Return the upper triangle of a sparse matrix, a csc_matrix of shape (n, n)."""
     load_modules("scipy.sparse")
     from scipy import sparse
 
-    return sparse.csc_matrix(sparse.triu(problem.G, format="csc"))
+    return sparse.csc_matrix(sparse.triu(matrix, format="csc"))
 
 
 def identity(size: int) -> Any:

@@ -98,7 +98,7 @@ class _Prepared(LibraryState):
 
     def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:
         """See `LibraryState.set_up`."""
-        solver, matrices = self.library.OSQP(), {"P": upper_triangle(self.problem), "A": identity(self.problem.size)}
+        solver, matrices = self.library.OSQP(), {"P": upper_triangle(self.problem.G), "A": identity(self.problem.size)}
         solver.setup(**matrices, **vectors, verbose=False, **self.settings)
         return solver
 

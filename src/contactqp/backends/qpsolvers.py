@@ -5,16 +5,18 @@ Caron et al., *qpsolvers: quadratic programming solvers in Python with a unified
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ..problem.contact_problem import ContactProblem
 from .base import Task
-from .families import Member, MemberState, Settings
-from .library import Ask, Reply, Vectors, Workspace
+from .families import Found, Member, MemberState, Program, Question, Settings
 from .matrices import upper_triangle
 from .option_checks import Positive
+
+_CALLED = "_solve_problem"
 
 
 class QpSolvers(Member):
@@ -27,9 +29,14 @@ class QpSolvers(Member):
         """See `Member.offered`."""
         return list(library.available_solvers)
 
+    @staticmethod
+    def known_by(library: Any) -> list[str]:
+        """See `Member.known_by`: a function is named after each."""
+        return [name.removesuffix(_CALLED) for name in dir(library.solvers) if name.endswith(_CALLED)]
+
     def prepare(
         self, problem: ContactProblem, task: Task, *, eps: Positive | None = None, settings: Settings | None = None
-    ) -> _Prepared:
+    ) -> MemberState:
         """Prepare the program's matrices, in the form that the solver takes.
 
         Parameters
@@ -41,53 +48,42 @@ class QpSolvers(Member):
         settings : mapping of str to object, optional
             Settings of the solver, by its own names.
         """
-        return _Prepared(self, QpSolvers.prepare, problem, task, {"eps": eps, "settings": settings})
+        return MemberState(self, _Program, QpSolvers.prepare, problem, task, {"eps": eps, "settings": settings})
 
 
-class _Prepared(MemberState):
-    """The matrices: that of the objective, and the rows of equations and inequalities."""
+class _Program(Program):
+    """The matrices in the form that the solver takes: that of the objective, of the equations and the inequalities."""
 
-    imports: ClassVar[str] = "qpsolvers"
+    family: ClassVar[str] = "qpsolvers"
 
-    def vectors(self, ask: Ask) -> Vectors:
-        """See `LibraryState.vectors`; they are handed over at each call."""
-        return {}
+    def __init__(self, solver: str, stiffness: Any, rows: Any, equations: int) -> None:
+        super().__init__(solver, stiffness, rows, equations)
+        if self.facts.triangle:
+            stiffness = upper_triangle(stiffness).T
+        parts = stiffness.tocsc(), rows[:equations], rows[equations:]
+        sparse = type(rows)  # a matrix, which is all that some of the solvers take
+        self._matrices = [part.toarray() if self.facts.dense else sparse(part) for part in parts]
 
-    def set_up(self, ask: Ask, vectors: Vectors) -> Workspace:
-        """See `LibraryState.set_up`."""
-        form = ask.form
-        stiffness = upper_triangle(self.problem).T if self.facts.triangle else self.problem.G
-        parts = stiffness.tocsc(), form.matrix[: form.equations], form.matrix[form.equations :]
-        if self.facts.dense:
-            return [part.toarray() for part in parts]
-        sparse = type(form.matrix)  # a matrix, which is all that some of the solvers take
-        return [sparse(part) for part in parts]
-
-    def ask(self, workspace: Workspace, ask: Ask, settings: dict[str, Any]) -> Reply:
-        """See `MemberState.ask`."""
-        problem, form = ask.problem, ask.form
-        objective, equal, below = workspace
-        limits, box = form.limits(problem), form.box(problem)
-        program = {"A": equal, "b": limits[: form.equations]} if form.equations else {}
-        if not self.facts.box and form.inequalities:
-            program |= {"G": below, "h": limits[form.equations :]}
+    def found(self, question: Question, settings: Mapping[str, Any]) -> Found:
+        """See `Program.found`."""
+        objective, equal, below = self._matrices
+        program = {"A": equal, "b": question.limits[: self.equations]} if self.equations else {}
         if self.facts.box:
-            program |= {name: bound for name, bound in zip(("lb", "ub"), box, strict=True) if np.isfinite(bound).any()}
-        posed = self.library.Problem(objective, np.array(problem.q), **program)
-        start = ask.task.warm_start if self.facts.warm else None
-        start = None if start is None else problem.project(start)
+            box = ("lb", question.lower), ("ub", question.upper)
+            program |= {name: bound for name, bound in box if np.isfinite(bound).any()}
+        elif below.shape[0]:
+            program |= {"G": below, "h": question.limits[self.equations :]}
+        posed = self.library.Problem(objective, question.q, **program)
         try:
-            found = self.library.solve_problem(posed, self.member.solver, initvals=start, **settings)
+            found = self.library.solve_problem(posed, self.solver, initvals=question.start, **settings)
         except (self.library.exceptions.SolverError, ArithmeticError) as error:
-            return self.reply(ask, None, " ".join(str(error).split()), None, solved=False)
+            return Found(" ".join(str(error).split()))
         gap = None if found.x is None else np.array(found.x, dtype=np.float64)
-        if gap is not None:
-            multiplier = np.zeros(form.equations) if found.y is None or not len(found.y) else np.asarray(found.y)
-            gap = form.gap(problem, gap, multiplier)
+        multiplier = None if found.y is None or not len(found.y) else np.asarray(found.y)
         word = _said(found.extras, "status") or ("solved" if found.found else "not solved")
         steps = _said(found.extras, "iter", "iterations")
         done = None if steps is None else int(np.ravel(steps)[0])
-        return self.reply(ask, gap, str(word), done, solved=bool(found.found))
+        return Found(str(word), gap, multiplier, done, solved=bool(found.found))
 
 
 def _said(extras: dict[str, Any], *names: str) -> Any:

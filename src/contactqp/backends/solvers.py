@@ -73,6 +73,10 @@ class Facts:
         Whether it takes a warm start.
     repeatable : bool
         See `contactqp.backends.base.Backend`.
+    quick : float
+        Unknowns up to which a call takes less than a second or so, or the solver answers Ctrl-C and watches the clock
+        itself. Beyond it is called in a process of its own, see `contactqp.backends.processes`; a solver without a row
+        is not, since that process might not know it.
     greets : str
         ``module:callable`` of what prints a greeting when it is called for the first time in a process.
     through : mapping of str to Through
@@ -95,6 +99,7 @@ class Facts:
     definite: bool = False
     warm: bool = False
     repeatable: bool = True
+    quick: float = np.inf
     greets: str = ""
     through: Mapping[str, Through] = field(default_factory=dict)
 
@@ -112,6 +117,7 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-15,
         iterations="max_iter",
         settings={"eps_rel": 0.0, "eps_duality_gap_rel": 0.0},
+        quick=8000,
         through={"qpsolvers": Through(20_000, 1e-13), "cvxpy": Through(20_000, 1e-13)},
     ),
     "proxqp": Facts(
@@ -125,6 +131,7 @@ SOLVERS: Mapping[str, Facts] = {
         settings=_ABSOLUTE,
         warm=True,
         repeatable=False,
+        quick=1000,
         through={"qpsolvers": Through(3000, 1e-14), "cvxpy": Through(1000, 1e-13)},
     ),
     "highs": Facts(
@@ -139,6 +146,7 @@ SOLVERS: Mapping[str, Facts] = {
         box=False,  # before 1.16 it is wrong where there are no rows and no bound is active
         definite=True,
         greets="highspy:Highs",
+        quick=1000,
         through={"qpsolvers": Through(1000, 1e-13, counted=False), "cvxpy": Through(1000, 1e-13, counted=False)},
     ),
     "scs": Facts(
@@ -152,6 +160,7 @@ SOLVERS: Mapping[str, Facts] = {
         seconds="time_limit_secs",
         settings=_ABSOLUTE,
         warm=True,
+        quick=10_000,
         through={"qpsolvers": Through(50_000, 1e-13), "cvxpy": Through(50_000, 1e-13)},
     ),
     "daqp": Facts(
@@ -162,6 +171,7 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-12,
         dense=True,
         definite=True,
+        quick=1000,
         through={"qpsolvers": Through(1000, 1e-14, counted=False), "cvxpy": Through(1000, counted=False)},
     ),
     "quadprog": Facts(
@@ -171,6 +181,7 @@ SOLVERS: Mapping[str, Facts] = {
         dense=True,
         box=False,
         definite=True,
+        quick=700,
         through={"qpsolvers": Through(1000, counted=False)},
     ),
     "ecos": Facts(
@@ -184,6 +195,7 @@ SOLVERS: Mapping[str, Facts] = {
         dense=True,
         box=False,
         definite=True,
+        quick=1000,
         through={"qpsolvers": Through(1000, 1e-5), "cvxpy": Through(1000, 1e-5)},
     ),
     "cvxopt": Facts(
@@ -194,6 +206,7 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-15,
         iterations="maxiters",
         box=False,
+        quick=1000,
         through={"qpsolvers": Through(20_000, 1e-10), "cvxpy": Through(300, counted=False)},
     ),
     "qpalm": Facts(
@@ -207,6 +220,7 @@ SOLVERS: Mapping[str, Facts] = {
         seconds="time_limit",
         settings=_ABSOLUTE,
         warm=True,
+        quick=10_000,
         through={"qpsolvers": Through(100_000, 1e-12), "cvxpy": Through(100_000, 1e-12)},
     ),
     "osqp": Facts(
@@ -220,6 +234,7 @@ SOLVERS: Mapping[str, Facts] = {
         seconds="time_limit",
         settings=_ABSOLUTE,
         warm=True,
+        quick=10_000,
         through={
             "qpsolvers": Through(50_000, 1e-13),
             # CVXPY asks for a last step, of which OSQP prints that it is not needed where there is no contact.
@@ -236,6 +251,7 @@ SOLVERS: Mapping[str, Facts] = {
         iterations="max_iter",
         seconds="time_limit",
         box=False,
+        quick=10_000,
         through={"qpsolvers": Through(50_000, 1e-13, counted=False), "cvxpy": Through(50_000, 1e-13)},
     ),
 }

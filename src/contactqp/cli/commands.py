@@ -28,6 +28,7 @@ from .application import (
 from .application import (
     app as app,
 )
+from .bench import bench as bench
 
 if TYPE_CHECKING:
     from ..foundation.brackets import Bracket
@@ -53,6 +54,12 @@ def compare(
         Path | None, typer.Option(help="Write the table and the verdict as JSON.", show_default=False)
     ] = None,
     report: Annotated[Path | None, typer.Option(help="Write everything as one HTML page.", show_default=False)] = None,
+    explorer: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write a page with sliders, see 'contactqp explore'; the report links it.", show_default=False
+        ),
+    ] = None,
 ) -> None:
     """Solve CASE by several backends and cross-check the answers.
 
@@ -61,10 +68,13 @@ def compare(
     check_output("--plot", plot, PICTURES)
     check_output("--json", json, (".json",))
     check_output("--report", report, (".html", ".htm"))
+    check_output("--explorer", explorer, (".html", ".htm"))
     from ..comparison.compare import compare as compare_backends
     from .tables import print_comparison
 
     model, title = _read(case)
+    if explorer is not None:
+        _write_explorer(model, explorer, title or case.stem)
     listed = None if backends is None else [name.strip() for name in backends.split(",") if name.strip()]
     comparison = compare_backends(
         model, "all" if listed == ["all"] else listed, tol=tolerance(tol), time_limit=time_limit, repeats=repeats
@@ -78,7 +88,7 @@ def compare(
         comparison.plot(title=_headed(title, headline(comparison))).savefig(plot, dpi=150)
         typer.echo(f"picture: {plot}")
     if report is not None:
-        typer.echo(f"report: {comparison.report(report, title=title or case.name)}")
+        typer.echo(f"report: {comparison.report(report, title=title or case.name, explorer=explorer)}")
     raise typer.Exit(EXIT_OK if comparison.agree else EXIT_NOT_CERTIFIED)
 
 
@@ -246,9 +256,14 @@ def certify(
 
 @app.command()
 def new(
-    kind: Annotated[str, typer.Argument(help="Which: membrane, hexagon, dome, plate, cable or beam.")] = "membrane",
+    kind: Annotated[
+        str, typer.Argument(help="Which: membrane, hexagon, dome, plate, cable, beam or 'mesh membrane'.")
+    ] = "membrane",
 ) -> None:
-    """Write a commented case file, which solves as it is: 'contactqp new cable > case.toml'."""
+    """Write a commented case file: 'contactqp new cable > case.toml'.
+
+    It solves as it is; that of a mesh membrane needs a mesh beside it, and says how to make one.
+    """
     from ..io.templates import template
 
     typer.echo(template(kind), nl=False)
@@ -293,6 +308,25 @@ def paper(
 
 
 @app.command()
+def explore(
+    case: Annotated[
+        Path | None, typer.Argument(help="Case file (TOML); without one, the paper's hexagon.", show_default=False)
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Write the page (.html).")] = Path("explorer.html"),
+) -> None:
+    """Write a page with sliders, which solves CASE anew in the browser and proves each answer, without a network.
+
+    Membranes and cables over one support, with a tension that is the same everywhere. The page also has the paper's
+    hexagon, a disk, a rectangle and a cable, each over several supports. Bokeh makes it, of the extra 'explore'.
+
+    Exit code 0: written; 2: bad input; 130: interrupted.
+    """
+    check_output("--out", out, (".html", ".htm"))
+    model, title = (None, "") if case is None else _read(case)
+    _write_explorer(model, out, title or ("" if case is None else case.stem))
+
+
+@app.command()
 def backends() -> None:
     """List the backends: method, version, what they need, and what to install where one is missing."""
     from .tables import print_backends
@@ -322,6 +356,13 @@ def _told(bracket: Bracket) -> str:
     # Where doubles end, what is left of rounding a sum outwards is nothing.
     low, high = (f"{end if abs(end) > _NOTHING else 0.0:.6g}" for end in bracket)
     return low if low == high else f"{low} to {high}"
+
+
+def _write_explorer(model: Model | None, page: Path, title: str) -> None:
+    from ..explorer.page import explore as write_page
+
+    size = write_page(model, page, title=title).stat().st_size
+    typer.echo(f"explorer: {page} ({size / 1e6:.1f} MB)")
 
 
 def _headed(title: str, own: str) -> str:

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..backends import backend_names, family_names, get_backend, kind_of
+from ..backends.base import Backend, Need
 from ..comparison.columns import cells_of, fitting, printed_columns, width_of
 from ..comparison.compared import Compared
 from ..comparison.text import asked_for
@@ -105,13 +106,19 @@ def _listed(name: str) -> _Listed:
     cells: dict[str, str | Text] = {
         "name": name,
         "method": backend.summary,
-        "needs": ", ".join(sorted(need.name for need in backend.needs)) or "-",
+        "needs": ", ".join(_needs_of(backend)) or "-",
         "library": f"{backend.package} {backend.version() or ''}".strip(),
         "licence": backend.licence or "-",
         "reaches": "-" if backend.reachable_tol is None else f"{backend.reachable_tol:g}",
         "available": _NO if obstacle else Text("yes", style="green"),
     }
     return _Listed(kind_of(name), cells, obstacle)
+
+
+def _needs_of(backend: Backend) -> list[str]:
+    """Return the names of what a method relies on; what is definite is symmetric."""
+    needs = backend.all_needs
+    return sorted(need.name for need in needs if not (need is Need.SYMMETRIC and Need.DEFINITE in needs))
 
 
 def _rank(kind: str) -> tuple[int, str]:

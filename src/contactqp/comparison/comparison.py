@@ -144,8 +144,13 @@ class Comparison:
 
     @property
     def false_claims(self) -> Mapping[str, str]:
-        """By backend, of those that said they had solved the problem and had not: what they said, and what is known."""
+        """By backend, of those that said they had solved the problem and are proven not to have: see `Conclusion`."""
         return self.conclusion.false_claims
+
+    @property
+    def unproven_claims(self) -> Mapping[str, str]:
+        """By backend, the same of those whose claims are neither proven nor refuted."""
+        return self.conclusion.unproven_claims
 
     @property
     def left_out(self) -> Mapping[str, str]:
@@ -237,7 +242,7 @@ class Comparison:
 
         return plot_disagreement(self)
 
-    def report(self, path: str | Path, title: str = "") -> Path:
+    def report(self, path: str | Path, title: str = "", *, explorer: str | Path | None = None) -> Path:
         """Write everything as one HTML page that needs no network, no script and no other file.
 
         Parameters
@@ -246,6 +251,8 @@ class Comparison:
             The file to write (.html or .htm), replaced if it exists; its folder must exist.
         title : str
             Headline; by default the problem.
+        explorer : path, optional
+            A page that `explore` has written of the problem: the report links it.
 
         Returns
         -------
@@ -259,7 +266,7 @@ class Comparison:
         """
         from .html import write_report
 
-        return write_report(self, Path(path), title)
+        return write_report(self, Path(path), title, None if explorer is None else Path(explorer))
 
     def __repr__(self) -> str:
         return as_text(self, line_width())

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..foundation.text import at_least, at_most
 from ..problem.contact_problem import ContactProblem
 from .answers import Answers
 from .pairs import Pair
@@ -26,8 +27,10 @@ class Conclusion:
         answer, with its worst optimality condition; or, where all look good and two still exclude each other, if its
         answer is consistent with fewer of the others than theirs are.
     false_claims : mapping of str to str
-        By backend, of those that said they had solved the problem and had not: what they said, and what is known. It is
-        no false claim if the certificates of other backends prove the answer to be within tol.
+        By backend, of those that said they had solved the problem and are proven not to have: what they said, and what
+        is known. The answer is no finite vector, or the certificates of all backends prove its error to be above tol.
+    unproven_claims : mapping of str to str
+        By backend, the same of those whose claims are neither proven nor refuted.
     findings : tuple of str
         What went wrong on the way, though it may not show in the answers: one sentence each.
     cautions : tuple of str
@@ -45,16 +48,34 @@ class Conclusion:
     cautions: tuple[str, ...]
     sentence: str
     left_out: Mapping[str, str] = field(default_factory=dict)
+    unproven_claims: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def remarks(self) -> list[str]:
         """Cautions, findings and false claims as lines, to be read below a table."""
         return [
             *(f"Caution: {caution}." for caution in self.cautions),
-            *(f"Left out: {name} {why}." for name, why in self.left_out.items()),
+            *(f"Left out: {sentence}." for sentence in self.left_out_together),
             *(f"Finding: {finding}." for finding in self.findings),
             *(f"False claim: {name} {sentence}." for name, sentence in self.false_claims.items()),
+            *(f"Unproven: {name} {sentence}." for name, sentence in self.unproven_claims.items()),
         ]
+
+    @property
+    def left_out_together(self) -> list[str]:
+        """Who was not asked, and why: a sentence for each reason.
+
+        Examples
+        --------
+        >>> why = {"a": "needs a lattice", "b": "is slow", "c": "needs a lattice"}
+        >>> Conclusion(True, {}, {}, (), (), "", why).left_out_together
+        ['b is slow', 'a, c: needs a lattice']
+        """
+        names: dict[str, list[str]] = {}
+        for name, why in self.left_out.items():
+            names.setdefault(why, []).append(name)
+        alone = [f"{same[0]} {why}" for why, same in names.items() if len(same) == 1]
+        return [*alone, *(f"{', '.join(same)}: {why}" for why, same in names.items() if len(same) > 1)]
 
 
 def conclusion_of(
@@ -76,19 +97,18 @@ def conclusion_of(
     """
     agree = bool(rows) and all(row.ok for row in rows) and all(pair.consistent for pair in pairs)
     culprits = _culprits(answers.problem, rows, pairs, tol)
-    false_claims = {
-        row.backend: _refutation(row, tol)
-        for row in rows
-        if row.claimed and not row.ok and not _proven_by_others(row, tol)
-    }
+    doubted = [row for row in rows if row.claimed and not row.ok and not _proven_by_others(row, tol)]
+    false_claims = {row.backend: _refutation(row, tol) for row in doubted if _refuted(row, tol)}
+    unproven_claims = {row.backend: _doubt(row, tol) for row in doubted if not _refuted(row, tol)}
     return Conclusion(
         agree=agree,
         culprits=culprits,
         false_claims=false_claims,
         findings=_findings(answers, rows, pairs),
         cautions=_cautions(answers),
-        sentence=_agreement(rows, pairs) if agree else _disagreement(culprits, false_claims),
+        sentence=_agreement(rows, pairs) if agree else _disagreement(culprits, false_claims, unproven_claims),
         left_out=dict(left_out or {}),
+        unproven_claims=unproven_claims,
     )
 
 
@@ -99,11 +119,16 @@ def _agreement(rows: Sequence[Row], pairs: Sequence[Pair]) -> str:
     return f"All {len(rows)} backends agree: certified, max gap difference {largest:.2g}, {same}."
 
 
-def _disagreement(culprits: Mapping[str, str], false_claims: Mapping[str, str]) -> str:
+def _disagreement(
+    culprits: Mapping[str, str], false_claims: Mapping[str, str], unproven_claims: Mapping[str, str]
+) -> str:
     reasons = "; ".join(f"{name} {why}" for name, why in culprits.items())
-    named = ", ".join(false_claims)
-    claims = f" Said to have solved it, and did not ({len(false_claims)}): {named}." if false_claims else ""
-    return f"No agreement: {reasons or 'no backend was asked'}.{claims}"
+    told = f"No agreement: {reasons or 'no backend was asked'}."
+    if false_claims:
+        told += f" Said to have solved it, and did not ({len(false_claims)}): {', '.join(false_claims)}."
+    if unproven_claims:
+        told += f" Said to have solved it, which is not proven ({len(unproven_claims)}): {', '.join(unproven_claims)}."
+    return told
 
 
 def _culprits(problem: ContactProblem, rows: Sequence[Row], pairs: Sequence[Pair], tol: float) -> dict[str, str]:
@@ -165,15 +190,29 @@ def _proven_by_others(row: Row, tol: float) -> bool:
     return row.relative_true_error is not None and row.relative_true_error <= tol
 
 
+def _refuted(row: Row, tol: float) -> bool:
+    """Whether it is proven that an answer is not within tol; one that is not finite is none."""
+    return row.relative_bound is None or row.least_error > tol
+
+
 def _refutation(row: Row, tol: float) -> str:
-    """Return what a backend said, and how far off its answer is at least, as far as it is known."""
+    """Return what a backend said, and how far off its answer is at least."""
     said = f"said {row.message!r}"
-    asked = f"(asked for: {tol:g})"
     if row.relative_bound is None:
         return f"{said}, and returned no finite answer"
-    if row.true_error_lower is None or row.true_error_upper is None or row.relative_true_error is None:
-        return f"{said}, and its residual is {row.relative_residual:.2g} of the error scale {asked}"
-    least = row.relative_true_error * (row.true_error_lower / row.true_error_upper)
-    if least > tol:
-        return f"{said}, and its gap is wrong by at least {least:.2g} of the error scale {asked}"
-    return f"{said}, and its gap is proven no better than to {row.relative_true_error:.2g} of the error scale {asked}"
+    return f"{said}, and its gap is wrong by at least {at_least(row.least_error)} of the error scale {_asked(tol)}"
+
+
+def _doubt(row: Row, tol: float) -> str:
+    """Return what a backend said, and what is known of its answer, whose error may be within tol."""
+    said = f"said {row.message!r}"
+    if row.relative_true_error is None or not np.isfinite(row.relative_true_error):
+        return (
+            f"{said}, and nothing is proven of its error; its residual is {row.relative_residual:.2g} of the error "
+            f"scale {_asked(tol)}"
+        )
+    return f"{said}, and its gap is proven to {at_most(row.relative_true_error)} of the error scale only {_asked(tol)}"
+
+
+def _asked(tol: float) -> str:
+    return f"(asked for: {tol:g})"

@@ -2,84 +2,59 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Iterable, Mapping, Sequence
+import os
+from collections.abc import Mapping, Sequence
 from html import escape
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 import numpy as np
 
 from ..foundation.files import replaced_as_a_whole, require_writable
+from ..foundation.html import BAD, cell, figure_of, line, page, table
 from ..foundation.text import at_upper_bound, number, shortened
 from .columns import GROUPS, Column, columns_of, printed_columns
 from .compared import Compared
 from .disagreement import worst_nodes
 from .legend import legend_of
+from .pairs import Pair
 from .pictures import plot_comparison, plot_disagreement
 from .text import asked_for, closing_lines
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
-
-_STYLE = """
-body { margin: 0; background: #fff; color: #22333b; font: 16px/1.5 system-ui, sans-serif; }
-main { max-width: 64rem; margin: 0 auto; padding: 1rem; }
-h1 { font-size: 1.6rem; line-height: 1.25; margin: 0.5rem 0; overflow-wrap: anywhere; }
-h2 { font-size: 1.2rem; margin: 2rem 0 0.5rem; border-bottom: 1px solid #b8c4cb; break-after: avoid; }
-h3 { font-size: 1rem; margin: 1rem 0 0.25rem; break-after: avoid; }
-p, li, dd { overflow-wrap: anywhere; }
-.verdict { padding: 0.7rem 1rem; border-left: 0.4rem solid #c8553d; background: #fbeeeb; font-weight: 600; }
-.verdict.good { border-color: #3f7d58; background: #edf5f0; }
-.wide { overflow-x: auto; margin: 0.75rem 0; }
-table { border-collapse: collapse; font-size: 0.9rem; }
-caption { text-align: left; font-weight: 600; padding: 0.25rem 0; }
-th, td { padding: 0.25rem 0.7rem; border-bottom: 1px solid #dfe7ec; text-align: left; vertical-align: top; }
-thead th { border-bottom: 2px solid #22333b; vertical-align: bottom; }
-td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
-td.number { white-space: nowrap; }
-.bad { color: #a33219; font-weight: 600; }
-dl { display: grid; grid-template-columns: minmax(7rem, max-content) 1fr; gap: 0.2rem 1rem; font-size: 0.9rem; }
-dt { font-weight: 600; }
-dd { margin: 0; }
-figure { margin: 1rem 0; break-inside: avoid; }
-img { max-width: 100%; height: auto; display: block; }
-.map img { max-width: min(100%, 42rem); }
-figcaption { font-size: 0.9rem; color: #4a5b63; }
-@media (max-width: 40rem) { main { padding: 0.6rem; } dl { display: block; } dd { margin: 0 0 0.4rem; } }
-@media print {
-  main { max-width: none; padding: 0; }
-  body { font-size: 10pt; }
-  .wide { overflow: visible; break-inside: avoid; }
-  table, dl { font-size: 8pt; }
-  th, td { padding: 0.15rem 0.35rem; }
-  .map img { max-width: 12cm; }
-}
-"""
 
 _WORST_SHOWN = 10
 """Largest number of nodes in the table of those where answers lie farthest apart."""
 
-# Even a browser that is online must not ask for anything.
-_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
+def write_report(compared: Compared, path: Path, title: str = "", explorer: Path | None = None) -> Path:
+    """Write the page and return its path; an older page at that path is replaced once the new one is complete.
 
-def write_report(compared: Compared, path: Path, title: str = "") -> Path:
-    """Write the page and return its path; an older page at that path is replaced once the new one is complete."""
+    Parameters
+    ----------
+    compared : Compared
+    path : Path
+    title : str
+    explorer : Path, optional
+        A page to link, see `contactqp.explorer`: by its place relative to the report's, so that both can be moved.
+    """
     require_writable(path, (".html", ".htm"), "report")
-    page = report_html(compared, title)
+    link = "" if explorer is None else quote(Path(os.path.relpath(explorer, path.parent)).as_posix())
+    page = report_html(compared, title, link)
     with replaced_as_a_whole(path) as unfinished:
         unfinished.write_text(page, encoding="utf-8")
     return path
 
 
-def report_html(compared: Compared, title: str = "") -> str:
-    """Return the page as text."""
+def report_html(compared: Compared, title: str = "", explorer: str = "") -> str:
+    """Return the page as text, with a link to an explorer of the problem if there is one."""
     headline = title or compared.subject
     sections = [
         _heading(compared, headline),
+        f'<p><a href="{escape(explorer)}">Move this problem\'s load, tension and support</a></p>\n' if explorer else "",
         _best_answer(compared),
         _metrics(compared),
         _truth(compared),
@@ -90,13 +65,7 @@ def report_html(compared: Compared, title: str = "") -> str:
         _settings(compared),
         _surroundings(compared),
     ]
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<link rel="icon" href="data:,">\n<title>{escape(headline)}</title>\n<style>{_STYLE}</style>\n</head>\n'
-        f"<body>\n<main>\n{''.join(sections)}</main>\n</body>\n</html>\n"
-    )
+    return page(headline, sections)
 
 
 def _heading(compared: Compared, headline: str) -> str:
@@ -127,8 +96,8 @@ def _metrics(compared: Compared) -> str:
 def notebook_table(compared: Compared) -> str:
     """Return the columns of the printed table as a table of HTML, with remarks and verdict below it."""
     columns = {column.printed: column for column in printed_columns(compared.answers.problem)[1:]}
-    table = _table_of_rows(compared, f"{compared.subject}; {asked_for(compared)}", columns)
-    return table + "".join(f"<p>{escape(line)}</p>\n" for line in closing_lines(compared))
+    rows = _table_of_rows(compared, f"{compared.subject}; {asked_for(compared)}", columns)
+    return rows + "".join(f"<p>{escape(remark)}</p>\n" for remark in closing_lines(compared))
 
 
 _ROW_HEADING = "backend"
@@ -147,39 +116,15 @@ def _table_of_rows(compared: Compared, caption: str, columns: Mapping[str, Colum
     headings = [(_ROW_HEADING, False), *((heading, not column.words) for heading, column in columns.items())]
     body = []
     for row in compared.rows:
-        cells = [f'<th scope="row"{"" if row.ok else _BAD}>{escape(row.backend)}</th>']
-        cells += [_cell(column.text(row), not column.words) for column in columns.values()]
+        cells = [f'<th scope="row"{"" if row.ok else BAD}>{escape(row.backend)}</th>']
+        cells += [cell(column.text(row), not column.words) for column in columns.values()]
         body.append(f"<tr>{''.join(cells)}</tr>\n")
-    return _table(caption, headings, body)
-
-
-_BAD = ' class="bad"'
-
-
-def _table(caption: str, headings: Iterable[tuple[str, bool]], body: Iterable[str]) -> str:
-    head = "".join(
-        f'<th scope="col"{_NUMBER if numeric else ""}>{escape(heading)}</th>' for heading, numeric in headings
-    )
-    return (
-        f'<div class="wide"><table>\n<caption>{escape(caption)}</caption>\n'
-        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{''.join(body)}</tbody>\n</table></div>\n"
-    )
-
-
-_NUMBER = ' class="number"'
-
-
-def _cell(text: str, numeric: bool) -> str:
-    return f"<td{_NUMBER if numeric else ''}>{escape(text)}</td>"
-
-
-def _line(cells: Iterable[tuple[str, bool]]) -> str:
-    return f"<tr>{''.join(_cell(text, numeric) for text, numeric in cells)}</tr>\n"
+    return table(caption, headings, body)
 
 
 def _facts(caption: str, facts: Mapping[str, str]) -> str:
-    body = [f'<tr><th scope="row">{escape(name)}</th>{_cell(fact, False)}</tr>\n' for name, fact in facts.items()]
-    return _table(caption, [("what", False), ("value", False)], body)
+    body = [f'<tr><th scope="row">{escape(name)}</th>{cell(fact, False)}</tr>\n' for name, fact in facts.items()]
+    return table(caption, [("what", False), ("value", False)], body)
 
 
 def _truth(compared: Compared) -> str:
@@ -203,18 +148,19 @@ def _truth(compared: Compared) -> str:
 def _findings(compared: Compared) -> str:
     conclusion = compared.conclusion
     claims = [f"{name} {sentence}" for name, sentence in conclusion.false_claims.items()]
+    unproven = [f"{name} {sentence}" for name, sentence in conclusion.unproven_claims.items()]
     return (
         "<h2>Findings and false claims</h2>\n"
-        f"{_left_out(conclusion.left_out)}<h3>Findings ({len(conclusion.findings)})</h3>\n{_list(conclusion.findings)}"
+        f"{_left_out(conclusion.left_out_together)}"
+        f"<h3>Findings ({len(conclusion.findings)})</h3>\n{_list(conclusion.findings)}"
         f"<h3>Said to be solved, and is not ({len(claims)})</h3>\n{_list(claims)}"
+        f"<h3>Said to be solved, which is not proven ({len(unproven)})</h3>\n{_list(unproven)}"
     )
 
 
-def _left_out(reasons: Mapping[str, str]) -> str:
+def _left_out(sentences: Sequence[str]) -> str:
     """Return who was not asked, and why; nothing if there is nobody."""
-    if not reasons:
-        return ""
-    return "".join(f"<p>{escape(f'Left out: {name} {why}.')}</p>\n" for name, why in reasons.items())
+    return "".join(f"<p>{escape(f'Left out: {sentence}.')}</p>\n" for sentence in sentences)
 
 
 def _list(sentences: Sequence[str]) -> str:
@@ -231,7 +177,7 @@ def _pairs(compared: Compared) -> str:
         ("differing nodes", True), ("boundary distance", True), ("enclosures", False),
     ]  # fmt: skip
     body = [
-        _line(
+        line(
             [
                 (pair.first, False),
                 (pair.second, False),
@@ -239,12 +185,18 @@ def _pairs(compared: Compared) -> str:
                 (number(pair.contact_jaccard), True),
                 (str(pair.differing_nodes.size), True),
                 (number(pair.boundary_distance), True),
-                ("compatible" if pair.consistent else "exclude each other", False),
+                (_told_of_enclosures(pair), False),
             ]
         )
         for pair in compared.pairs
     ]
-    return "<h2>Pairs</h2>\n" + _table("How every two answers differ", headings, body)
+    return "<h2>Pairs</h2>\n" + table("How every two answers differ", headings, body)
+
+
+def _told_of_enclosures(pair: Pair) -> str:
+    if not pair.enclosed:
+        return "none"
+    return "compatible" if pair.consistent else "exclude each other"
 
 
 def _best_answer(compared: Compared) -> str:
@@ -254,7 +206,7 @@ def _best_answer(compared: Compared) -> str:
         return ""
     upper = at_upper_bound(None if answers.problem.one_sided else int(best.contact_upper.sum()))
     in_contact = f"{int(best.contact.sum())} of {best.problem.size} nodes in contact{upper}"
-    return _figure(
+    return figure_of(
         plot_comparison(compared),
         f"The best answer, by {best.backend}, with {in_contact}; "
         f"beside it bars of each backend's certified error and seconds. {compared.conclusion.sentence}",
@@ -267,23 +219,12 @@ def _disagreement(compared: Compared) -> str:
     answers = compared.answers
     if len(answers.finite) < 2:
         return ""
-    return "<h2>Where the answers lie apart</h2>\n" + _figure(
+    return "<h2>Where the answers lie apart</h2>\n" + figure_of(
         plot_disagreement(compared),
         "Difference between the largest and the smallest gap of all answers at each node; "
         f"its maximum is {answers.spread.max():.2g}",
         "How far the answers lie apart; the numbers are the ranks in the next table",
         "map",
-    )
-
-
-def _figure(figure: Figure, alternative: str, caption: str, kind: str) -> str:
-    buffer = BytesIO()
-    figure.savefig(buffer, format="png", dpi=110)
-    width, height = (round(110 * inches) for inches in figure.get_size_inches())
-    data = base64.b64encode(buffer.getvalue()).decode("ascii")
-    return (
-        f'<figure class="{kind}"><img src="data:image/png;base64,{data}" width="{width}" height="{height}" '
-        f'alt="{escape(alternative, quote=True)}">\n<figcaption>{escape(caption)}</figcaption></figure>\n'
     )
 
 
@@ -296,7 +237,7 @@ def _worst_nodes(compared: Compared) -> str:
         ("by", False), ("smallest gap", True), ("by", False), ("reactions", True), ("truth", True),
     ]  # fmt: skip
     body = [
-        _line(
+        line(
             (
                 (str(rank), True),
                 (str(node.node), True),
@@ -314,7 +255,7 @@ def _worst_nodes(compared: Compared) -> str:
         for rank, node in enumerate(frame.itertuples(), start=1)
     ]
     caption = f"The {len(frame)} nodes where the answers lie farthest apart (gaps and x, y: length; reactions: force)"
-    return "<h2>Worst nodes</h2>\n" + _table(caption, headings, body)
+    return "<h2>Worst nodes</h2>\n" + table(caption, headings, body)
 
 
 def _interval(lower: float, upper: float) -> str:
@@ -345,11 +286,11 @@ def _settings(compared: Compared) -> str:
             options = f"the library's own defaults{'; given: ' if options else ''}{options}"
         solution = compared.answers.solutions.get(row.backend)
         words = "; ".join(part for part in (row.message, "" if solution is None else solution.note) if part)
-        body.append(_line([(row.backend, False), (options or "none", False), (words, False)]))
+        body.append(line([(row.backend, False), (options or "none", False), (words, False)]))
     return (
         "<h2>Settings</h2>\n"
         + _facts("What was asked for", limits)
-        + _table("Options and last words of each backend", headings, body)
+        + table("Options and last words of each backend", headings, body)
     )
 
 

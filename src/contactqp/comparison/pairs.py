@@ -33,6 +33,8 @@ class Pair:
     consistent : bool
         Whether one solution can satisfy both enclosures (without enclosures: whether the gaps differ by at most
         100 tol times the gap scale).
+    enclosed : bool
+        Whether both have an enclosure.
     boundary_distance : float or None
         Hausdorff distance of the two free boundaries (length); None for a bare matrix.
     """
@@ -44,6 +46,7 @@ class Pair:
     differing_nodes: NDArray[np.int64]
     consistent: bool
     boundary_distance: float | None = None
+    enclosed: bool = True
 
 
 def pairs_of(answers: Answers, tol: float) -> list[Pair]:
@@ -55,8 +58,9 @@ def _pair(first_backend: str, second_backend: str, answers: Answers, tol: float)
     first, second = answers.finite[first_backend], answers.finite[second_backend]
     sets = answers.contact_sets
     difference = float(np.abs(first.gap - second.gap).max())
-    if first.certificate is not None and second.certificate is not None:
-        consistent = first.certificate.intersects(second.certificate)
+    certificates = first.certificate, second.certificate
+    if certificates[0] is not None and certificates[1] is not None:
+        consistent = certificates[0].intersects(certificates[1])
     else:
         consistent = difference <= UNPROVEN_AGREEMENT * tol * answers.problem.gap_scale
     return Pair(
@@ -67,6 +71,7 @@ def _pair(first_backend: str, second_backend: str, answers: Answers, tol: float)
         differing_nodes=np.flatnonzero((sets[first_backend] != sets[second_backend]).any(axis=0)),
         consistent=consistent,
         boundary_distance=answers.boundary_distance(first_backend, second_backend),
+        enclosed=None not in certificates,
     )
 
 

@@ -61,6 +61,8 @@ class Row:
         What loading libraries and compiling kernels took before it; no other time contains it.
     warm_seconds : float or None
         The fastest of the runs after it, in a `Solver` that keeps the backend's set-up; None if there were none.
+    error_scale : float or None
+        The length that the answer's error is measured by, see `Verdict.scale`.
     claimed : bool or None
         Whether the backend itself said that it had solved the problem.
     max_slope : float or None
@@ -98,6 +100,7 @@ class Row:
     cold_seconds: float | None = None
     loading_seconds: float | None = None
     warm_seconds: float | None = None
+    error_scale: float | None = None
     claimed: bool | None = None
     max_slope: float | None = None
     findings: tuple[str, ...] = ()
@@ -106,6 +109,13 @@ class Row:
     def ok(self) -> bool:
         """Whether the answer is proven to be as good as was asked for."""
         return self.status == Status.CERTIFIED
+
+    @property
+    def least_error(self) -> float:
+        """What the error is proven to be at least, over the error scale; 0 where nothing is proven."""
+        if self.true_error_lower is None or self.error_scale is None:
+            return 0.0
+        return self.true_error_lower / self.error_scale
 
 
 def records_of(rows: Iterable[Row], problem: ContactProblem) -> list[dict[str, Any]]:
@@ -147,6 +157,7 @@ def _optimality(solution: Solution) -> dict[str, Any]:
         "dual_residual": max(0.0, -residuals.min_reaction),
         "relative_bound": solution.relative_bound,
         "relative_residual": solution.relative_residual,
+        "error_scale": solution.verdict.scale,
         "contact": int(np.count_nonzero(solution.contact)),
         "max_slope": None if solution.model is None else solution.max_slope,
         "contact_upper": None if solution.problem.one_sided else int(np.count_nonzero(solution.contact_upper)),

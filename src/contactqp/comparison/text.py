@@ -64,6 +64,7 @@ def as_json(compared: Compared, indent: int | None) -> str:
         "verdict": conclusion.sentence,
         "culprits": conclusion.culprits,
         "false_claims": conclusion.false_claims,
+        "unproven_claims": conclusion.unproven_claims,
         "findings": conclusion.findings,
         "cautions": conclusion.cautions,
         "left_out": conclusion.left_out,

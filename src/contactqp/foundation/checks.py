@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from difflib import get_close_matches
+from os import PathLike
 from typing import TYPE_CHECKING, Any, SupportsIndex, cast
 
 import numpy as np
@@ -85,6 +86,11 @@ def real_array(value: object, name: str, *, copied: bool = True) -> NDArray[np.f
         raise ValueError(f"{name} must hold numbers in rows of one length, got {_told(value)}") from None
     if array.dtype.kind == "c":
         raise TypeError(f"{name} must be real, got complex values (dtype {array.dtype})")
+    if isinstance(value, (str, PathLike)):
+        raise TypeError(
+            f"{name} must hold real numbers, got {_told(value)}; if that is a file, contactqp.read_field reads numbers "
+            "and fields from it, and contactqp.read_surface a map of heights"
+        )
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must hold real numbers, got {_told(value)} (dtype {array.dtype})")
     return np.array(array, dtype=np.float64) if copied else np.asarray(array, dtype=np.float64)

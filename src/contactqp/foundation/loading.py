@@ -63,7 +63,7 @@ def load_modules(*modules: str, kernels: str = "") -> None:
     """
     missing = [name for name in modules if not _loaded(name)]
     if missing:
-        _apart(lambda: [importlib.import_module(name) for name in missing], kernels)
+        apart(lambda: [importlib.import_module(name) for name in missing], kernels)
 
 
 def loaded(module: str) -> Any:
@@ -116,10 +116,32 @@ def needed(module: str, purpose: str, install: str = "") -> Any:
         raise ImportError(f"{purpose} needs {package}: pip install '{install or package}' ({error})") from None
 
 
+def apart(work: Callable[[], object], kernels: str = "") -> None:
+    """Do work that loads libraries or compiles kernels; its time does not count as that of whatever needs it.
+
+    Parameters
+    ----------
+    work : callable
+    kernels : str
+        Whose kernels are compiled, if any; on a terminal that is announced.
+    """
+    clock = _own_clock()
+    if clock.running:
+        work()
+        return
+    started, clock.running = time.perf_counter(), True
+    try:
+        with _standard_error():
+            run_interruptibly(lambda: _announced(work, kernels))
+    finally:
+        clock.seconds += time.perf_counter() - started
+        clock.running = False
+
+
 def once(key: Hashable, work: Callable[[], object], kernels: str) -> None:
     """Do work that compiles kernels, unless it was done before under the same key."""
     if key not in _done:
-        _apart(work, kernels)
+        apart(work, kernels)
         _done.add(key)
 
 
@@ -132,20 +154,6 @@ def can_compile() -> bool:
 def _loaded(name: str) -> bool:
     module = sys.modules.get(name)
     return module is not None and not getattr(getattr(module, "__spec__", None), "_initializing", False)
-
-
-def _apart(work: Callable[[], object], kernels: str) -> None:
-    clock = _own_clock()
-    if clock.running:
-        work()
-        return
-    started, clock.running = time.perf_counter(), True
-    try:
-        with _standard_error():
-            run_interruptibly(lambda: _announced(work, kernels))
-    finally:
-        clock.seconds += time.perf_counter() - started
-        clock.running = False
 
 
 @contextmanager

@@ -1,6 +1,6 @@
 """Gallery: named problems with known answers, for tests, benchmarks and lectures."""
 
-from .beams import beam_on_floor
+from .beams import beam_between_floor_and_ceiling, beam_on_floor, beam_on_foundation
 from .cables import (
     cable_between_floor_and_ceiling,
     cable_of_varying_tension,
@@ -14,8 +14,10 @@ from .membranes import (
     PAPER_LOADS,
     ball,
     bowl,
+    disk_on_floor,
     islands,
     l_shape_with_hole,
+    meshed_disk_on_floor,
     orthotropic_ellipse,
     paper_hexagon,
     spiral,
@@ -26,7 +28,9 @@ __all__ = [
     "PAPER_CORNERS",
     "PAPER_LOADS",
     "ball",
+    "beam_between_floor_and_ceiling",
     "beam_on_floor",
+    "beam_on_foundation",
     "bowl",
     "cable_between_floor_and_ceiling",
     "cable_of_varying_tension",
@@ -34,8 +38,10 @@ __all__ = [
     "cable_on_foundation",
     "cable_on_parabola",
     "cable_on_posts",
+    "disk_on_floor",
     "islands",
     "l_shape_with_hole",
+    "meshed_disk_on_floor",
     "orthotropic_ellipse",
     "paper_hexagon",
     "plate_under_load",

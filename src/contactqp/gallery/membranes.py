@@ -6,10 +6,12 @@ import math
 
 import numpy as np
 
-from ..foundation.checks import Vector, integer_at_least, positive_number
+from ..foundation.checks import Vector, integer_at_least, open_interval, positive_number
 from ..geometry.frame import Frame
 from ..geometry.lattice import Lattice
+from ..geometry.scikit_fem import circle
 from ..models.membrane import Membrane
+from ..models.mesh_membrane import MeshMembrane
 from ..profiles.analytic import HillAndFloor
 
 PAPER_LOADS = tuple(k / 100 for k in range(1, 11))
@@ -140,6 +142,63 @@ def _ball_height(x: Vector, y: Vector) -> Vector:
     r = np.hypot(x, y)
     outside = -_BALL_A * np.log(np.maximum(r, _BALL_RADIUS)) + _BALL_B
     return np.where(r <= _BALL_RADIUS, np.sqrt(np.maximum(1 - r**2, 0.0)), outside)
+
+
+def disk_on_floor(spacing: float, contact_radius: float = 0.5) -> tuple[Membrane, Vector]:
+    """Return a membrane over a disk, pressed on a flat floor, and its exact continuous deflection at the nodes.
+
+    T = p = R = 1; the lattice is fitted to the circle. With a the radius of the contact disk
+
+        w = p(R² - r²)/4T + (pa²/2T) ln(r/R)
+
+    outside it, which comes down to the floor f = w(a) with slope zero.
+
+    Parameters
+    ----------
+    spacing : float
+    contact_radius : float
+        a, between 0 and 1.
+
+    Examples
+    --------
+    >>> membrane, exact = disk_on_floor(0.25)
+    >>> round(float(exact.max()), 6)
+    0.100857
+    """
+    spacing = positive_number(spacing, "spacing")
+    lattice = Frame.disk(1.0).lattice(spacing, fitted=True)
+    floor = _on_floor(np.zeros(1), np.zeros(1), contact_radius)[0]
+    membrane = Membrane(lattice, tension=1.0, load=1.0, support=float(floor))
+    return membrane, _on_floor(membrane.node_x, membrane.node_y, contact_radius)
+
+
+def meshed_disk_on_floor(refinements: int, contact_radius: float = 0.5) -> tuple[MeshMembrane, Vector]:
+    """Return the membrane of `disk_on_floor` on a mesh of triangles, and its exact deflection at the nodes.
+
+    Parameters
+    ----------
+    refinements : int
+        How often scikit-fem has halved the edges of its mesh of eight triangles, > 0.
+    contact_radius : float
+        a, between 0 and 1.
+
+    Examples
+    --------
+    >>> membrane, exact = meshed_disk_on_floor(3)
+    >>> membrane
+    MeshMembrane(113 nodes, 256 triangles, 32 fixed points, tension=1, load=1, support=0.1009)
+    """
+    refinements = integer_at_least(refinements, 1, "refinements")
+    floor = _on_floor(np.zeros(1), np.zeros(1), contact_radius)[0]
+    membrane = MeshMembrane(*circle(refinements), tension=1.0, load=1.0, support=float(floor))
+    return membrane, _on_floor(membrane.node_x, membrane.node_y, contact_radius)
+
+
+def _on_floor(x: Vector, y: Vector, contact_radius: float) -> Vector:
+    """Return the deflection at points of a disk of radius, tension and pressure one; in the middle it is the floor."""
+    a = open_interval(contact_radius, 0.0, 1.0, "contact_radius")
+    r = np.maximum(np.hypot(x, y), a)
+    return np.asarray((1 - r * r) / 4 + a * a / 2 * np.log(r))
 
 
 def l_shape_with_hole(spacing: float = 0.1) -> Membrane:

@@ -120,14 +120,6 @@ class Layout(Numbering):
         Of each node, see `contactqp.geometry.runs`; None where all are `SUPPORTED`.
     holds : array of uint8, shape (rows, columns), or None
         How each node is held, see `contactqp.geometry.runs`; None where all are `LOOSE`.
-
-    Attributes
-    ----------
-    runs : array of int, shape (runs, 6)
-        Row, first column, one past the last, number of the first node, kind and hold, of nodes alike in both that
-        follow each other in a row; rows and columns count from the ring.
-    row_start : array of int, shape (rows + 3,)
-        The first run of each row.
     """
 
     def __init__(
@@ -135,8 +127,20 @@ class Layout(Numbering):
     ) -> None:
         super().__init__(mask)
         self.kinds, self.holds = kinds, holds
-        self.runs = _runs(mask, kinds, holds)
-        self.row_start = np.searchsorted(self.runs[:, ROW], np.arange(self.rows + 3)).astype(np.int64)
+
+    @cached_property
+    def runs(self) -> NDArray[np.int64]:
+        """Nodes alike in kind and hold that follow each other in a row, shape (runs, 6).
+
+        Row, first column, one past the last, number of the first node, kind and hold; rows and columns count from the
+        ring.
+        """
+        return _runs(self.mask, self.kinds, self.holds)
+
+    @cached_property
+    def row_start(self) -> NDArray[np.int64]:
+        """The first run of each row, shape (rows + 3,)."""
+        return np.searchsorted(self.runs[:, ROW], np.arange(self.rows + 3)).astype(np.int64)
 
     @cached_property
     def size(self) -> int:

@@ -77,5 +77,17 @@ def halved_where(points: Vector, triangles: Numbers, chosen: Mask) -> tuple[Vect
     return np.array(finer.p.T), np.array(finer.t.T, dtype=np.int64)
 
 
+def circle(refinements: int) -> tuple[Vector, Numbers]:
+    """Return points and triangles of scikit-fem's mesh of the unit disk, whose boundary is a polygon on the circle.
+
+    Parameters
+    ----------
+    refinements : int
+        How often the edges of eight triangles are halved.
+    """
+    mesh = needed("skfem", "a mesh of a disk", INSTALL).MeshTri.init_circle(refinements)
+    return np.array(mesh.p.T), np.array(mesh.t.T, dtype=np.int64)
+
+
 def _mesh(fem: Any, points: Vector, triangles: Numbers) -> Any:
     return fem.MeshTri(np.ascontiguousarray(points.T), np.ascontiguousarray(triangles.T, dtype=np.int32))

@@ -352,13 +352,20 @@ _MAKERS: dict[str, Callable[[xr.Dataset], ContactModel]] = {
 
 def own_gap(data: xr.Dataset, model: ContactModel) -> Vector:
     """Return the gap that a dataset holds, as it was solved for, where there is no support as well, shape (n,)."""
-    if "gap_from_reference" in data:
-        return model.at_nodes(_at_nodes(data, "gap_from_reference", model), "gap")
-    return model.at_nodes(_at_nodes(data, "gap", model), "gap")
+    return values_at_nodes(data, "gap_from_reference" if "gap_from_reference" in data else "gap", model)
 
 
-def _at_nodes(data: xr.Dataset, name: str, model: ContactModel) -> Vector:
+def values_at_nodes(data: xr.Dataset, name: str, model: ContactModel) -> Vector:
+    """Return a variable of a dataset at the nodes of the model that it tells, shape (n,).
+
+    Raises
+    ------
+    ValueError
+        If there is no such variable, or it lies elsewhere.
+    """
     if name not in data:
         raise ValueError(f"it has no variable {name!r}")
     values = np.asarray(data[name].to_numpy(), dtype=np.float64)
-    return model.lattice.gather(values) if isinstance(model, LatticeModel) and values.ndim == 2 else values
+    if isinstance(model, LatticeModel) and values.ndim == 2:
+        values = model.lattice.gather(values)
+    return model.at_nodes(values, name)

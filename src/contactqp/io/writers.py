@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..foundation.checks import Mask, Vector
 from ..foundation.files import replaced_as_a_whole, require_writable
 from ..foundation.loading import needed
+from ..problem.program_files import arrays_of
 from .datasets import file_dataset
 from .fields import fields_of
 from .geojson import write_geojson
@@ -59,6 +61,55 @@ def write_solution(solution: Answered, model: ContactModel, path: Path) -> None:
         WRITERS[path.suffix.lower()](solution, model, unfinished)
 
 
+def write_bare(solution: Answered, path: Path) -> None:
+    r"""Write the solution of a bare problem, which has no places, into ``.csv`` or ``.npz``.
+
+    A table has a line for each node, with its number, gap, reaction, the bounds of the gap, whether it touches, and
+    with a certificate what is proven. Arrays have the same names, and beside them the problem by the names of
+    `contactqp.read`, which reads it; `contactqp.load_solution` reads both.
+
+    Raises
+    ------
+    ValueError
+        If it cannot become such a file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import contactqp as cq
+    >>> file = Path(tempfile.mkdtemp()) / "two.csv"
+    >>> write_bare(cq.solve(cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0])), file)
+    >>> print("\n".join(line[:20] for line in file.read_text().splitlines()))
+    node,gap,reaction,lo
+    0,0.5,0.0,0.0,inf,0,
+    1,0.0,2.5,0.0,inf,1,
+    """
+    require_writable(path, tuple(BARE_WRITERS), "solution of a bare problem")
+    with replaced_as_a_whole(path) as unfinished:
+        BARE_WRITERS[path.suffix.lower()](solution, unfinished)
+
+
+def _columns_of_bare(solution: Answered) -> dict[str, Vector | Mask]:
+    fields = {name: field.values for name, field in fields_of(solution).items()}
+    bounds = {name: np.array(getattr(solution.problem, name)) for name in ("lower", "upper")}
+    return {"gap": fields.pop("gap"), "reaction": fields.pop("reaction"), **bounds, **fields}
+
+
+def _write_bare_table(solution: Answered, path: Path) -> None:
+    _write_columns(_columns_of_bare(solution), solution.problem.size, path)
+
+
+def _write_bare_arrays(solution: Answered, path: Path) -> None:
+    told = {"backend": solution.backend, "tol": solution.tol}
+    problem = arrays_of(solution.problem, solution.problem.gap_scale)
+    with path.open("wb") as stream:
+        np.savez_compressed(stream, allow_pickle=False, **problem | _columns_of_bare(solution) | told)
+
+
+BARE_WRITERS: dict[str, Callable[[Answered, Path], None]] = {".csv": _write_bare_table, ".npz": _write_bare_arrays}
+"""What writes the solution of a bare problem, by the suffix of the file in small letters."""
+
+
 def _write_netcdf(solution: Answered, model: ContactModel, path: Path) -> None:
     """Write the dataset that `Solution.to_dataset` returns, by the conventions of CF, and the model."""
     write_netcdf_anew(file_dataset(solution, model), path)
@@ -71,13 +122,17 @@ def _write_zarr(solution: Answered, model: ContactModel, path: Path) -> None:
 
 def _write_table(solution: Answered, model: ContactModel, path: Path) -> None:
     """Write a line for each node, with number, x, y and every quantity, below a line of names."""
-    fields = fields_of(solution)
+    fields = {name: field.values for name, field in fields_of(solution).items()}
+    _write_columns({"x": model.node_x, "y": model.node_y, **fields}, model.size, path)
+
+
+def _write_columns(columns: dict[str, Vector | Mask], size: int, path: Path) -> None:
+    """Write a line for each node, its number first, below a line of names."""
     # Yes and no as 1 and 0, which every program reads.
-    columns = [np.multiply(field.values, 1).tolist() for field in fields.values()]
-    nodes = zip(range(model.size), model.node_x.tolist(), model.node_y.tolist(), *columns, strict=True)
+    nodes = zip(range(size), *(np.multiply(values, 1).tolist() for values in columns.values()), strict=True)
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(("node", "x", "y", *fields))
+        writer.writerow(("node", *columns))
         writer.writerows(nodes)
 
 

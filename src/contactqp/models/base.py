@@ -29,7 +29,7 @@ from ..problem.barrier import Barrier
 from ..problem.contact_problem import ContactProblem
 from ..problem.contact_qp import ContactQP
 from ..profiles.analytic import Profile
-from .sensitive import ArmTension, FrameHeights
+from .sensitive import FrameHeights, Resistance
 from .suspicions import Heights, Joints, suspicions_of
 
 if TYPE_CHECKING:
@@ -221,9 +221,14 @@ class ContactModel(ABC):
         """Return the middles of the arms that join a node in contact to one that is not, shape (k, 2), length."""
 
     @property
-    def arm_tensions(self) -> Mapping[str, ArmTension]:
+    def arm_tensions(self) -> Mapping[str, Resistance]:
         """The tension of each arm as a parameter that answers are differentiated by, by name; none by default."""
         return {}
+
+    @property
+    def resistances(self) -> Mapping[str, Resistance]:
+        """All that holds the nodes and that answers are differentiated by, by name; by default `arm_tensions`."""
+        return self.arm_tensions
 
     @property
     def heights_of_frame(self) -> FrameHeights | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
@@ -19,6 +19,7 @@ from ..geometry.lattice import Lattice
 from ..geometry.on_arms import ArmField, at_points_of_line
 from .bending import BendingModel
 from .on_line import LineModel, lattice_on_line
+from .sensitive import Resistance, Values
 from .tension import Tension
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ class Beam(LineModel, BendingModel):
     is not, so that a concentrated reaction stands there as well. Over a flat floor f below its end a beam without
     tension spans a = (24 EI f/p)^¼ from a pinned end and comes down with the force pa/2, from a clamped one
     a = (72 EI f/p)^¼ and pa/3. On the lattice one or two nodes bear that force, whose ``contact_pressure`` grows as the
-    spacing shrinks; `spans` has it.
+    spacing shrinks; `spans` has it, to second order of the spacing over level ground.
 
     The energy ½∫EI w″² + T w′² + kw² of second and first differences gives the rows (1, -4, 6, -4, 1) EI/Δ³ of G,
     symmetric and of second order up to the ends: a pinned end, w = w″ = 0, leaves 5 on the diagonal beside it; a
@@ -144,7 +145,7 @@ class Beam(LineModel, BendingModel):
     >>> beam.spans(solution)[["kind", "start", "end", "reaction", "force_at_start"]].round(2)
           kind  start   end  reaction  force_at_start
     0     free    0.0   1.8      0.00             NaN
-    1  contact    1.8   8.2      8.14            0.82
+    1  contact    1.8   8.2      8.14            0.93
     2     free    8.2  10.0      0.00             NaN
 
     A cantilever over a step that its end comes down to:
@@ -241,6 +242,26 @@ class Beam(LineModel, BendingModel):
         return np.asarray(self._of_nodes(-np.diff(np.pad(rise, 1))))
 
     @property
+    def resistances(self) -> Mapping[str, Resistance]:
+        """See `ContactModel.resistances`: ``point_stiffness``, and ``bending_stiffness`` where it is one number."""
+        found = {"point_stiffness": Resistance((self._bending.size,), self._bent_by, self._share_of_points)}
+        if isinstance(self._rigidity, float):
+            found["bending_stiffness"] = Resistance(
+                (), self._bent_by, lambda depths, weights: self._share_of_points(depths, weights).sum()
+            )
+        return found
+
+    def _bent_by(self, depths: Vector, stiffness: Values) -> Vector:
+        """Return the force with which the points' bending alone pulls each node upwards, by their stiffness EI."""
+        moment = self._bends * stiffness * self._turns(np.diff(self.along_points(depths)))
+        return np.asarray(self._of_nodes(np.diff(np.pad(np.diff(moment), 1))))
+
+    def _share_of_points(self, depths: Vector, weights: Vector) -> Vector:
+        left, right = (int(held) for held in self._held)
+        turn = self._turns(np.diff(self.along_points(depths)))
+        return np.asarray(self._bends * turn * np.diff(np.pad(np.diff(np.pad(weights, (left, right))), 1)))
+
+    @property
     def _free(self) -> tuple[bool, bool]:
         left, right = (end == "free" for end in self.ends)
         return left, right
@@ -291,10 +312,19 @@ class Beam(LineModel, BendingModel):
     @cached_property
     def _bending(self) -> Vector:
         """EI/Δ³ at the points of the beam, 0 where the moment is (force per length), shape (points,)."""
-        count = self.size + sum(self._held)
-        at_points = np.array(np.broadcast_to(self._rigidity / self.lattice.spacing**3, (count,)))
+        return self._bends * self._rigidity
+
+    @cached_property
+    def _bends(self) -> Vector:
+        """1/Δ³ at the points of the beam, 0 where there is no moment, shape (points,)."""
+        at_points = np.full(self.size + sum(self._held), 1 / self.lattice.spacing**3)
         at_points[[0, -1]] *= [end == "clamped" for end in self.ends]
         return at_points
+
+    @staticmethod
+    def _turns(rise: Vector) -> Vector:
+        """Return Δ²w″ at the points, given what the arms rise by; clamped ends mirror what is beside them."""
+        return np.concatenate([2 * rise[:1], np.diff(rise), -2 * rise[-1:]])
 
     @cached_property
     def _stretching(self) -> Vector:
@@ -305,8 +335,7 @@ class Beam(LineModel, BendingModel):
     def _transmitted(self, below: Vector) -> tuple[Vector, Vector, Vector]:
         """Return M/Δ at the points, with the sign of w″, and the parts of bending and tension in the arms' force."""
         rise = np.diff(self.along_points(below))
-        turn = np.concatenate([2 * rise[:1], np.diff(rise), -2 * rise[-1:]])  # clamped ends mirror what is beside them
-        moment = self._bending * turn
+        moment = self._bending * self._turns(rise)
         return moment, -np.diff(moment), self._stretching * rise
 
     def pull(self, depths: Vector) -> Vector:
@@ -379,18 +408,38 @@ class Beam(LineModel, BendingModel):
         }
 
     def facts_of_span(self, solution: Answered, nodes: slice) -> dict[str, float]:
-        """Return the largest bending moment, and the concentrated reactions where a contact stretch begins and ends.
+        r"""Return the largest bending moment, and the concentrated reactions where a contact stretch begins and ends.
 
-        At a node that its neighbours do not lift the reaction is q; what is beyond that is concentrated at the two
-        nodes next to a free span, where the beam comes down between them.
+        At a node that its neighbours do not lift the reaction is q, what the beam presses with on the spacing about it;
+        what is beyond that, L_i at the distances d_i from the middle of the arm beside the free span, is concentrated
+        at the two nodes next to it. The beam comes down between them, at t from that middle, with F, and rests only
+        from there on, pressing by ρ = q/Δ. Forces and moments are the same if F = ΣL + ρt and Ft - ρt²/2 = ΣLd, so that
+        F² = (ΣL)² + 2ρΣLd; the error is of second order. Where the ground makes ρ vary as much as itself from node to
+        node, and on stretches of one or two nodes, it is ΣL.
         """
         moment = self._of_nodes(self.internal_forces(solution.gap).moment)[nodes]
         largest = {"largest_moment": float(moment[np.argmax(np.abs(moment))])}
         if not solution.contact[nodes.start]:
             return largest | {"force_at_start": np.nan, "force_at_end": np.nan}
-        lifted = (solution.reaction - self.problem.q)[nodes]
+        resting = np.asarray(self.problem.q)[nodes]
+        lifted = np.asarray(solution.reaction)[nodes] - resting
         half = (lifted.size + 1) // 2
-        return largest | {"force_at_start": float(lifted[:half].sum()), "force_at_end": float(lifted[half:].sum())}
+        start, end = (lifted[:half], resting), (lifted[half:][::-1], resting[::-1])
+        return largest | {
+            "force_at_start": self._comes_down(*start) if nodes.start > 0 else float(start[0].sum()),
+            "force_at_end": self._comes_down(*end) if nodes.stop < self.size else float(end[0].sum()),
+        }
+
+    def _comes_down(self, lifted: Vector, resting: Vector) -> float:
+        """Return the concentrated reaction beside a free span, see `facts_of_span`; the nodes go away from that."""
+        total, spacing = float(lifted.sum()), self.lattice.spacing
+        pressing = float(resting[0]) / spacing
+        if resting.size < 3 or pressing <= 0 or not np.ptp(resting[:3]) < resting[0]:
+            return total
+        moment = float(lifted @ (spacing * (np.arange(lifted.size) + 0.5)))
+        squared = total**2 + 2 * pressing * moment
+        force = float(np.sqrt(max(squared, 0.0)))
+        return force if 0 <= force - total <= 2 * pressing * spacing else total
 
     def _mean_under(self, load: float) -> float:
         span, kept = self.span, sum(self._held)

@@ -29,7 +29,7 @@ from .cable_net_arguments import (
 )
 from .on_graph import GraphModel
 from .reach import reach_on_lattice
-from .sensitive import ArmTension
+from .sensitive import Resistance
 
 
 class CableNet(GraphModel):
@@ -320,7 +320,7 @@ class CableNet(GraphModel):
         return float((rise / self.length).max(where=self._holding, initial=0.0))
 
     @property
-    def arm_tensions(self) -> Mapping[str, ArmTension]:
+    def arm_tensions(self) -> Mapping[str, Resistance]:
         """By ``tension``, shape (segments,)."""
 
         def pull(depths: Vector, tensions: Vector) -> Vector:
@@ -331,7 +331,7 @@ class CableNet(GraphModel):
             first, second = self._everywhere(weights, np.zeros(self.fixed.size))[self.segments].T
             return np.asarray(self._rises(depths) / self.length * (first - second))
 
-        return {"tension": ArmTension((len(self.segments),), pull, share)}
+        return {"tension": Resistance((len(self.segments),), pull, share)}
 
     def _reach_of(self, force: Vector) -> float:
         """See `GraphModel._reach_of`; on a lattice it is the membrane's."""

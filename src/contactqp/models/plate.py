@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
@@ -20,6 +20,7 @@ from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from .bending import BendingModel
 from .on_area import AreaModel
+from .sensitive import Resistance, Values
 from .tension import Tension, TensionLike
 
 if TYPE_CHECKING:
@@ -169,9 +170,8 @@ class Plate(AreaModel, BendingModel):
         """Return Δ²w_xy in the cells between the points of the array with a ring, 0 where no corner is a node."""
         return np.where(_cells(self.padded_mask()), np.diff(np.diff(padded, axis=0), axis=1), 0.0)
 
-    def pull(self, depths: Vector) -> Vector:
-        """Return the force with which the plate pulls each node upwards; see `ContactModel.pull`."""
-        padded = self._padded(depths)
+    def _bent(self, padded: Grid) -> Vector:
+        """Return the force with which a plate that bends with D = Δ² pulls each node upwards, shape (n,)."""
         pulled = np.zeros_like(padded)
         for axis in self._axes:
             _, starts, stops = self._turns(padded, axis)
@@ -183,7 +183,12 @@ class Plate(AreaModel, BendingModel):
         rows, columns = pulled.shape
         for row, column, sign in _CORNERS:
             pulled[row : rows - 1 + row, column : columns - 1 + column] += sign * twists
-        held = self.lattice.numbering.to_vector(pulled, ring=1) * self._rigidity
+        return self.lattice.numbering.to_vector(pulled, ring=1)
+
+    def pull(self, depths: Vector) -> Vector:
+        """Return the force with which the plate pulls each node upwards; see `ContactModel.pull`."""
+        padded = self._padded(depths)
+        held = self._bent(padded) * self._rigidity
         if self._stretching is not None:
             held += self._stretching.pull(padded)
         return np.asarray(held if self.nodal_foundation is None else held + self.nodal_foundation * depths)
@@ -192,6 +197,21 @@ class Plate(AreaModel, BendingModel):
     def _rigidity(self) -> float:
         """D/Δ² (force per length)."""
         return self.bending_stiffness / self.lattice.spacing**2
+
+    @property
+    def resistances(self) -> Mapping[str, Resistance]:
+        """See `ContactModel.resistances`: ``bending_stiffness``."""
+
+        def per_stiffness(depths: Vector) -> Vector:
+            return self._bent(self._padded(depths)) / self.lattice.spacing**2
+
+        def pull(depths: Vector, stiffness: Values) -> Vector:
+            return stiffness * per_stiffness(depths)
+
+        def share(depths: Vector, weights: Vector) -> Values:
+            return np.asarray(weights @ per_stiffness(depths))
+
+        return {**super().resistances, "bending_stiffness": Resistance((), pull, share)}
 
     def assemble_stiffness(self) -> csr_array:
         """Return G, thirteen entries in a row."""

@@ -1,4 +1,4 @@
-"""What an answer is differentiated by arm for arm and point for point: tensions of arms, and heights of the frame."""
+"""What an answer is differentiated by arm for arm and point for point: tensions, stiffnesses, heights of the frame."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ def one_each(value: Any, shape: tuple[int, ...], name: str) -> Values:
 
 
 @dataclass(frozen=True)
-class ArmTension:
-    """The tension of some arms: their pull is linear in it, at depths that stay.
+class Resistance:
+    """What holds the nodes, as the tension of some arms: their pull is linear in it, at depths that stay.
 
     Attributes
     ----------
     shape : tuple of int
-        Of an array with an entry for each arm.
+        Of an array with an entry for each arm, or for each point that bends; () where it is one number.
     pull : callable
-        Returns the force with which arms of given tensions pull each node upwards at given depths, shape (n,), the
-        frame being as it is: ``pull(depths, tensions)``.
+        Returns the force with which given tensions (stiffnesses) pull each node upwards at given depths, shape (n,),
+        the frame being as it is: ``pull(depths, tensions)``.
     share : callable
-        The transposed map: returns for each arm what a weighted sum of these forces grows by with its tension:
+        The transposed map: returns for each entry what a weighted sum of these forces grows by with it:
         ``share(depths, weights)``.
     """
 

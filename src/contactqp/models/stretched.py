@@ -16,7 +16,7 @@ from ..geometry.numbering import Grid
 from .on_lattice import LatticeModel
 from .reach import reach_on_lattice
 from .rim import Rim
-from .sensitive import ArmTension, FrameHeights
+from .sensitive import FrameHeights, Resistance
 from .tension import Tension
 
 
@@ -102,12 +102,12 @@ class StretchedModel(LatticeModel):
         return force if self._rim is None else force + self._rim.pull(depths, self._heights)
 
     @property
-    def arm_tensions(self) -> Mapping[str, ArmTension]:
+    def arm_tensions(self) -> Mapping[str, Resistance]:
         """By ``arms_x``, shape (rows, columns + 1), and on a membrane ``arms_y``, shape (rows + 1, columns)."""
         names = ("arms_x", "arms_y")[: len(self._tension.fields)]
         return {name: self._tension_along(axis) for name, axis in zip(names, (1, 0), strict=False)}
 
-    def _tension_along(self, axis: int) -> ArmTension:
+    def _tension_along(self, axis: int) -> Resistance:
         """Return how the arms along an axis of the lattice's array pull."""
         rows, columns = self.lattice.shape
         numbering, factor = self.stencil.numbering, self._stiffness_of_tension
@@ -128,7 +128,7 @@ class StretchedModel(LatticeModel):
                 rim.add_share(axis, depths, heights, factor * weights, found)
             return found
 
-        return ArmTension((rows, columns + 1) if axis == 1 else (rows + 1, columns), pull, share)
+        return Resistance((rows, columns + 1) if axis == 1 else (rows + 1, columns), pull, share)
 
     @property
     def heights_of_frame(self) -> FrameHeights:

@@ -14,6 +14,8 @@ from ..foundation.brackets import Bracket
 from ..foundation.checks import Vector, positive_number
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted
+from ..foundation.terminal import line_width
+from ..foundation.text import folded
 from ..models.base import ContactModel
 from ..solving.solution import Solution
 
@@ -164,9 +166,23 @@ class AnswerPath:
 
     def _text(self, headline: str) -> str:
         """Return the table below a headline, and the verdict."""
-        text = self._told.to_string(float_format=lambda number: f"{number:.4g}")
-        cautions = "".join(f"caution: {caution}\n" for caution in self.cautions)
-        return f"{headline}\n{text}\n{cautions}{self.verdict}"
+        room, told, left_out = line_width(), self._told, list[str]()
+        text = _as_text(told)
+        while room is not None and told.shape[1] > 1 and max(map(len, text.splitlines())) > room:
+            left_out.insert(0, str(told.columns[-1]))
+            told = told.iloc[:, :-1]
+            text = _as_text(told)
+        remarks = [*(f"caution: {caution}" for caution in self.cautions), self.verdict]
+        if left_out:
+            remarks.append(f"Left out for want of room: {', '.join(left_out)}; to_frame() has all.")
+        if room is not None:
+            headline, remarks = folded(headline, room, 2), [folded(line, room, 2) for line in remarks]
+        return "\n".join([headline, text, *remarks])
+
+
+def _as_text(table: pd.DataFrame) -> str:
+    text: str = table.to_string(float_format=lambda number: f"{number:.4g}")
+    return "\n".join(line.rstrip() for line in text.splitlines())
 
 
 def _undecided(solution: Solution) -> int:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..foundation.checks import Vector
+from ..foundation.loading import load_modules
 from ..foundation.pictures import PLAIN, Wanted
 from ..plotting.geometry import figure_of
 from ..plotting.style import BLUE, CONTACT, GROUND, INK, new_figure, tidy
@@ -14,6 +16,7 @@ from ..plotting.views import settling_figure
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ..models.records import Settling
@@ -44,7 +47,7 @@ def plot_path(table: pd.DataFrame, iteration_unit: str, backend: str, verdict: s
         wanted.ax.plot(value, table["contact_fraction"].to_numpy(), "o-", ms=4, lw=1.4, color=CONTACT)
         wanted.ax.set(xlabel=_NAMES[parameter], ylabel="nodes in contact, fraction")
         wanted.ax.set_title(fill(text, 60), fontsize="medium")
-        wanted.ax.set_ylim(bottom=0.0)
+        _from_zero(wanted.ax, table["contact_fraction"].to_numpy())
         tidy(wanted.ax)
         return figure_of(wanted.ax)
     figure = new_figure(10, 6)
@@ -57,7 +60,7 @@ def plot_path(table: pd.DataFrame, iteration_unit: str, backend: str, verdict: s
     ):
         place.plot(value, values.to_numpy(), "o-", ms=4, lw=1.4, color=colour)
         place.set(ylabel=label)
-        place.set_ylim(bottom=min(0.0, float(np.min(values.to_numpy()))))
+        _from_zero(place, values.to_numpy())
     work = axes[1, 1]
     work.plot(value, table["iterations"].to_numpy(), "o-", ms=4, lw=1.4, color=INK, label="from the answer before")
     if "cold_iterations" in table:
@@ -65,7 +68,11 @@ def plot_path(table: pd.DataFrame, iteration_unit: str, backend: str, verdict: s
         work.plot(value, cold, "o--", ms=4, lw=1.2, color=GROUND, label="from a cold start")
         work.legend(frameon=False, fontsize="small")
     work.set(ylabel=f"{iteration_unit}s of {backend}")
-    work.set_ylim(bottom=0)
+    _from_zero(work, np.concatenate([line.get_ydata() for line in work.lines]))
+    load_modules("matplotlib.ticker")
+    from matplotlib.ticker import MaxNLocator
+
+    work.yaxis.set_major_locator(MaxNLocator(integer=True))
     for place in axes[1]:
         place.set_xlabel(_NAMES[parameter])
     for place in axes.flat:
@@ -73,6 +80,14 @@ def plot_path(table: pd.DataFrame, iteration_unit: str, backend: str, verdict: s
     # Findings are long sentences, and the title must not be wider than the figure.
     figure.suptitle(fill(text, 110), fontsize="medium")
     return figure
+
+
+def _from_zero(axes: Axes, values: Vector) -> None:
+    """Let an axis begin at zero, or where values are negative below them, with room for the marks at both ends."""
+    known = values[np.isfinite(values)]
+    low, high = min(0.0, float(known.min(initial=0.0))), max(0.0, float(known.max(initial=0.0)))
+    room = 0.06 * (high - low or 1.0)
+    axes.set_ylim(low - room if low else 0.0, high + room)
 
 
 def plot_touchdown(touchdown: Settling) -> Figure:

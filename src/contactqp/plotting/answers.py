@@ -62,6 +62,8 @@ _QUANTITIES = {
     "y": "length",
     "height,\npositive downwards": "length",
     "height,\npositive upwards": "length",
+    "w, positive downwards": "length",
+    "w, positive upwards": "length",
     ALONG_THE_LINE: "length",
     "gap ω": "length",
     GAP_AND_REACTION: "length",

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..foundation.checks import Vector
-from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted, drawn
 from ..foundation.text import span_of
 from ..models.base import ContactModel
@@ -20,9 +19,9 @@ from .on_lattice import draw_frame_outline, mark_section, section_row, title_of_
 from .on_line import ALONG_X, Line, cut_along, line_of
 from .on_mesh import draw_of_nodes, draw_outline
 from .on_net import draw_net
-from .section import Cut, cut_of_row, draw_ceiling
+from .section import Cut, cut_of_row, draw_ceiling, draw_ground
 from .states import mark_unsupported
-from .style import BLUE, GROUND, INK, head, map_height, new_figure, tidy, two_halves
+from .style import BLUE, GROUND, INK, bar_of_heights, head, map_height, new_figure, tidy, two_halves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,9 +29,6 @@ if TYPE_CHECKING:
 
 _ARROWS = 25
 """Arrows of the load along a section, at most."""
-
-_LEVEL = 1e-9
-"""Part of its height by which a support may vary and be level."""
 
 
 @drawn.register(ContactModel)
@@ -144,7 +140,7 @@ def draw_before(axes: Axes, model: ContactModel, cut: Cut, wanted: Wanted, xlabe
     down = -1.0 if model.upwards else 1.0
     highest, lowest = down * float((down * known).min()), down * float((down * known).max())
     bottom = lowest + down * 0.15 * depth
-    axes.fill_between(cut.ground_x, cut.ground, bottom, color=GROUND, alpha=0.55, lw=0, label="support f")
+    draw_ground(axes, cut, bottom)
     axes.plot(cut.ground_x, cut.ground, color=GROUND, lw=1.2)
     draw_ceiling(axes, cut, highest - down * 0.05 * depth)
     if cut.frame_x.size:
@@ -224,22 +220,9 @@ def _depths(model: ContactModel) -> str:
 
 
 def _tell_heights(axes: Axes, picture: Any, model: ContactModel, wanted: Wanted) -> None:
-    """Draw the scale of the support's heights: of one height, which has no scale, a bar with that height alone."""
-    load_modules("matplotlib.colors")
-    from matplotlib.colors import ListedColormap
-
-    figure: Any = axes.get_figure(root=False)
-    heights = model.support[model.supported]
+    """Draw the scale of the support's heights."""
     label = wanted.label(f"support f, {model.sense}")
-    level = float(heights.min()) if np.ptp(heights) <= _LEVEL * np.abs(heights).max() else None
-    if level is not None:
-        picture.set_cmap(ListedColormap([picture.get_cmap()(0.5)]))
-    bar = figure.colorbar(picture, ax=axes, shrink=0.85, pad=0.09, label=label)
-    if level is not None:
-        bar.ax.set_yticks([level], [f"{level:g}"])
-    if not model.upwards:
-        bar.ax.invert_yaxis()
-    bar.ax.tick_params(labelsize="small")
+    bar_of_heights(axes, picture, model.support[model.supported], label, upwards=model.upwards, pad=0.09)
 
 
 def _headline(model: ContactModel, wanted: Wanted) -> str:

@@ -15,7 +15,7 @@ from ..models.records import NodeState, held_reaction
 from .on_line import Line, line_of
 from .section import Cut, draw_shape
 from .states import STATE_COLOURS, colours_by_number, draw_legend_of_states, mark_unsupported
-from .style import GROUND, INK, map_height, new_figure, same_scales, tidy, two_halves
+from .style import GROUND, INK, bar_of_heights, map_height, new_figure, same_scales, tidy, two_halves
 from .views import answer_figure, draw_answer, draw_states, draw_values, settling_figure
 
 if TYPE_CHECKING:
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..models.records import Answered, Settling
+
+_ROUNDING = 1e-12
+"""Part of the gap scale that deflections may differ by where there are none."""
 
 _FEW = 4000
 """Triangles up to which their sides are drawn."""
@@ -185,10 +188,8 @@ def _draw_deflection(axes: Axes, model: MeshMembrane, solution: Answered) -> Non
     )
     picture.set_rasterized(True)
     draw_outline(axes, model)
-    figure: Any = axes.get_figure(root=False)
-    bar = figure.colorbar(picture, ax=axes, shrink=0.9, label=f"w, {model.sense}")
-    if not model.upwards:
-        bar.ax.invert_yaxis()
+    label, rounding = f"w, {model.sense}", _ROUNDING * model.problem.gap_scale
+    bar_of_heights(axes, picture, heights, label, upwards=model.upwards, rounding=rounding, shrink=0.9)
     axes.set(xlabel="x", ylabel="y", title="Deflection")
     same_scales(axes)
     tidy(axes)

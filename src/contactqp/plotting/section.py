@@ -117,11 +117,15 @@ def draw_section(axes: NDArray[Any], cut: Cut, model: ContactModel, solution: An
         room = np.where(model.under_ceiling & model.supported, model.upper, np.nan)[number]
         gap_axes.plot(node_x, room, color=CONTACT_UPPER, lw=0.9, ls="--", label="up to the ceiling")
         gap_axes.legend(loc="best", frameon=False, fontsize="small")
+    elif not np.isfinite(clearance).any():
+        _tell_nothing(gap_axes, "no support here, and no gap")
     gap_axes.set(ylabel="gap ω")
     draw_reaction(force_axes, cut, solution)
     force_axes.set(xlabel=xlabel)
     for each in axes:
         tidy(each)
+    for each in axes[1:]:
+        each.yaxis.label.set_fontsize("small")
 
 
 def draw_reaction(axes: Axes, cut: Cut, solution: Answered) -> None:
@@ -139,8 +143,15 @@ def draw_reaction(axes: Axes, cut: Cut, solution: Answered) -> None:
     if margin:
         axes.set_ylim(low - margin if low else -0.4 * margin, high + margin if high else 0.4 * margin)
     else:
-        axes.set(ylim=(-0.05, 1.0), yticks=[0.0])
+        axes.set(ylim=(-0.05, 1.0))
+        _tell_nothing(axes, "no node touches")
     axes.set(ylabel=REACTION)
+
+
+def _tell_nothing(axes: Axes, words: str) -> None:
+    """Write in a panel why there is nothing in it."""
+    axes.text(0.5, 0.55, words, transform=axes.transAxes, ha="center", fontsize="small", color=INK)
+    axes.set_yticks([0.0])
 
 
 def draw_shape(axes: Axes, cut: Cut, model: ContactModel, solution: Answered) -> None:
@@ -158,7 +169,7 @@ def draw_shape(axes: Axes, cut: Cut, model: ContactModel, solution: Answered) ->
     top, bottom = (high + margin, low - margin) if model.upwards else (low - margin, high + margin)
     # Deeper than is seen, for films, whose pictures get one scale afterwards.
     foot = bottom + 100 * (bottom - top)
-    axes.fill_between(cut.ground_x, cut.ground, foot, color=GROUND, alpha=0.55, lw=0, label="support f")
+    draw_ground(axes, cut, foot)
     draw_ceiling(axes, cut, top + 100 * (top - bottom))
     axes.plot(cut.x, cut.heights, color=BLUE, lw=1.8, label=f"{cut.noun} w")
     at_nodes, upper = solution.deflection[cut.number], solution.contact_upper[cut.number]
@@ -171,6 +182,12 @@ def draw_shape(axes: Axes, cut: Cut, model: ContactModel, solution: Answered) ->
     axes.legend(loc="best", frameon=False, fontsize="small")
     axes.set(ylabel=f"height,\n{model.sense}", title="Section")
     tidy(axes)
+
+
+def draw_ground(axes: Axes, cut: Cut, foot: float) -> None:
+    """Draw the support of a section, if there is one, as a body that goes down to some height."""
+    if np.isfinite(cut.ground).any():
+        axes.fill_between(cut.ground_x, cut.ground, foot, color=GROUND, alpha=0.55, lw=0, label="support f")
 
 
 def draw_ceiling(axes: Axes, cut: Cut, top: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,8 @@ from ..foundation.loading import load_modules
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
+
+    from ..foundation.checks import Vector
 
 
 CONTACT, CLEAR, UNDECIDED, INK = "#c8553d", "#dfe7ec", "#f2c14e", "#22333b"
@@ -45,8 +48,14 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def head(figure: Figure, text: str) -> None:
-    """Write a headline, with room below it that the titles of subfigures cannot take."""
-    figure.suptitle(text + "\n", x=0.01, ha="left", fontsize="large", color=INK)
+    """Write a headline in lines that fit, with room below it that the titles of subfigures cannot take."""
+    room = int(_LETTERS * figure.get_figwidth())
+    lines = "\n".join(fill(line, room) for line in text.splitlines())
+    figure.suptitle(lines + "\n", x=0.01, ha="left", fontsize="large", color=INK)
+
+
+_LETTERS = 10.2
+"""Letters of a headline that an inch has room for."""
 
 
 def map_height(extent: tuple[float, float], full: float = 6.5, *, least: float = 3.6, most: float = 6.5) -> float:
@@ -72,6 +81,57 @@ def tidy_in_space(axes: Any) -> None:
         axis.line.set_color(INK)
     axes.grid(visible=False)
 
+
+def bar_of_heights(
+    axes: Axes,
+    picture: Any,
+    heights: Vector,
+    label: str,
+    *,
+    upwards: bool,
+    rounding: float = 0.0,
+    shrink: float = 0.85,
+    pad: float = 0.05,
+) -> None:
+    """Draw the scale of heights by colour beside a map: down is down, and of one height there is that alone.
+
+    Parameters
+    ----------
+    axes : Axes
+        Of the map.
+    picture : ScalarMappable
+    heights : array
+        All that the map shows (length).
+    label : str
+    upwards : bool
+        Whether heights are positive upwards.
+    rounding : float
+        What counts as zero (length).
+    shrink, pad : float
+        As for matplotlib's colour bars.
+    """
+    load_modules("matplotlib.colors")
+    from matplotlib.colors import ListedColormap
+
+    figure: Any = axes.get_figure(root=False)
+    largest = float(np.abs(heights).max())
+    if np.ptp(heights) <= max(_LEVEL * largest, rounding):
+        # One height has no scale.
+        picture.set_cmap(ListedColormap([picture.get_cmap()(0.5)]))
+        level = float(heights.min()) if largest > rounding else 0.0
+        picture.set_clim(level - 1.0, level + 1.0)
+        bar = figure.colorbar(picture, ax=axes, shrink=shrink, pad=pad, label=label)
+        bar.ax.set_yticks([level], [f"{level:g}"])
+        bar.ax.minorticks_off()
+    else:
+        bar = figure.colorbar(picture, ax=axes, shrink=shrink, pad=pad, label=label)
+    if not upwards:
+        bar.ax.invert_yaxis()
+    bar.ax.tick_params(labelsize="small")
+
+
+_LEVEL = 1e-9
+"""Part of their size by which heights may vary and be level."""
 
 _IN_A_LINE = 0.02
 """Ratio of the sides below which what a map shows lies in a line."""

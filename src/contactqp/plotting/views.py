@@ -119,14 +119,27 @@ def draw_answer(
 
 
 def _draw_sorted(axes: Axes, solution: Answered) -> None:
-    order = np.argsort(solution.gap - solution.reaction / solution.problem.stiffness.diagonal())
-    axes.plot(solution.gap[order], color=BLUE, label="gap ω")
-    axes.plot(
-        (solution.reaction / solution.problem.stiffness.diagonal())[order], color=CONTACT, label="reaction R / G_ii"
-    )
+    correction = solution.reaction / solution.problem.stiffness.diagonal()
+    order = np.argsort(solution.gap - correction)
+    for values, colour, label in ((solution.gap, BLUE, "gap ω"), (correction, CONTACT, "reaction R / G_ii")):
+        _plot_sorted(axes, values[order], colour, label)
     axes.set(xlabel="unknowns, sorted", ylabel=GAP_AND_REACTION, title="Gap and reaction")
     axes.legend(frameon=False)
     tidy(axes)
+
+
+def _plot_sorted(axes: Axes, values: Vector, colour: str, label: str | None = None) -> None:
+    """Draw numbers in an order, counted from 1 on, with a dot for each where there are few."""
+    load_modules("matplotlib.ticker")
+    from matplotlib.ticker import MaxNLocator
+
+    dots = "o" if values.size <= _FEW else ""
+    axes.plot(np.arange(1, values.size + 1), values, f"{dots}-", color=colour, lw=1.2, ms=4, label=label)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+
+
+_FEW = 60
+"""Unknowns up to which each has a dot of its own."""
 
 
 @draw_answer.register(ContactModel)
@@ -217,7 +230,7 @@ def values_figure(
     """
     figure = new_figure(8, 4.6)
     axes = figure.subplots()
-    axes.plot(np.arange(1, values.size + 1), np.maximum(np.sort(values)[::-1], floor), ".-", color=BLUE, lw=1, ms=4)
+    _plot_sorted(axes, np.maximum(np.sort(values)[::-1], floor), BLUE)
     axes.set(yscale="log", xlabel="unknowns, sorted", ylabel=label)
     tidy(axes)
     return figure, None

@@ -38,7 +38,10 @@ class LeastEigenvalue:
     units : array, shape (n,)
         Powers of two, the diagonal of D.
     proof : str
-        What it rests on: ``"an M-matrix below"``, ``"factors"`` or ``"factors in twice the precision"``.
+        What it rests on. ``"factors"``: Cholesky's factors of DGD less the bound, which exist, with their roundings
+        bounded, so that what is left is positive definite; ``"factors in twice the precision"``: the same with 106
+        bits; ``"an M-matrix below"``: an M-matrix that is less than DGD by something semidefinite, and of which a
+        vector v > 0 shows that its smallest eigenvalue is the bound at least.
     """
 
     bound: float

@@ -105,10 +105,8 @@ def _write_lines(lines: list[str], path: Path) -> None:
 
 def _write_arrays(problem: Posed, path: Path, gap_scale: float) -> None:
     """Write what the matrix consists of, forces, bounds, kernel and gap scale as arrays by name."""
-    matrix = problem.G
-    parts = {"data": matrix.data, "indices": matrix.indices, "indptr": matrix.indptr, "symmetric": problem.symmetric}
     with replaced_as_a_whole(path) as unfinished, unfinished.open("wb") as stream:
-        np.savez_compressed(stream, allow_pickle=False, **parts, **_vectors(problem), gap_scale=gap_scale)
+        np.savez_compressed(stream, allow_pickle=False, **arrays_of(problem, gap_scale))
 
 
 def _write_matrix_market(problem: Posed, path: Path, gap_scale: float) -> None:
@@ -130,6 +128,13 @@ def _write_matrix_market(problem: Posed, path: Path, gap_scale: float) -> None:
     for name in BESIDE:
         if name not in kept:
             beside(path, name).unlink(missing_ok=True)
+
+
+def arrays_of(problem: Posed, gap_scale: float) -> dict[str, Any]:
+    """Return what the matrix consists of, forces, bounds, kernel and gap scale by their names in ``.npz`` files."""
+    matrix = problem.G
+    parts = {"data": matrix.data, "indices": matrix.indices, "indptr": matrix.indptr, "symmetric": problem.symmetric}
+    return parts | _vectors(problem) | {"gap_scale": gap_scale}
 
 
 def _vectors(problem: Posed) -> dict[str, Vector]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..foundation.loading import load_modules, needed
+from ..foundation.quiet import output_discarded
 from ..foundation.text import shortened
 from .contact_lcp import ContactLCP
 from .contact_qp import ContactQP
@@ -17,6 +18,9 @@ from .program_files import beside
 
 _LEAST_ENTRY = 1e-12
 """HiGHS leaves out entries of less, and takes no smaller limit."""
+
+_LONGEST = 1000
+"""Characters of what is told of a file: an error of the problem's own says at its end what to do."""
 
 
 def read(path: str | Path, *, kernel: ArrayLike | Literal["constant"] | None = None) -> ContactQP | ContactLCP:
@@ -71,7 +75,7 @@ def read(path: str | Path, *, kernel: ArrayLike | Literal["constant"] | None = N
     except OSError:
         raise
     except (ValueError, TypeError, KeyError) as error:
-        raise ValueError(f"{path}: {shortened(error, 300)}") from None
+        raise ValueError(f"{path}: {shortened(error, _LONGEST)}") from None
 
 
 def _posed(G: Any, q: Any, *, symmetric: bool = True, **others: Any) -> ContactQP | ContactLCP:
@@ -83,10 +87,12 @@ def _read_program(path: Path) -> dict[str, Any]:
     load_modules("scipy.sparse")
     from scipy import sparse
 
-    highs = highspy.Highs()
-    highs.setOptionValue("output_flag", False)
-    highs.setOptionValue("small_matrix_value", _LEAST_ENTRY)
-    if highs.readModel(str(path)) == highspy.HighsStatus.kError:
+    with output_discarded():  # HiGHS greets whoever makes it for the first time
+        highs = highspy.Highs()
+        highs.setOptionValue("output_flag", False)
+        highs.setOptionValue("small_matrix_value", _LEAST_ENTRY)
+        unread = highs.readModel(str(path)) == highspy.HighsStatus.kError
+    if unread:
         raise ValueError("HiGHS cannot read it")
     model = highs.getModel()
     program, hessian = model.lp_, model.hessian_

@@ -53,8 +53,12 @@ class Certificate:
         Nodes where ω* is certain to lie strictly between its bounds (with the lower bound 0 alone, ω* > 0), and all
         nodes without a bound.
     barrier : str
-        What the bounds are multiples of: ``"paraboloid"``, ``"strip along x"``, ``"strip along y"``, ``"linear solve"``
-        or ``"free set"``; for a matrix that is no M-matrix ``"comparison matrix"`` or ``"smallest eigenvalue"``.
+        What the bounds are multiples of, a vector v > 0 with Gv > 0. On a lattice it is a ``"paraboloid"`` over the
+        frame or a ``"strip along x"`` (``"y"``) between two of its sides, for a matrix the answer v of a ``"linear
+        solve"`` Gv = 1, and in a sharp certificate that of one over the ``"free set"``: the nodes that the answer does
+        not have in contact, v being zero at the others. For a matrix that is no M-matrix it says what is known of it
+        instead: its ``"comparison matrix"`` is an M-matrix, or its ``"smallest eigenvalue"`` is bounded from below,
+        see `least_eigenvalue`.
     contact_upper : array of bool, shape (n,)
         Nodes where R* < 0 is certain: the upper bound holds them. All False where there is none.
     enclosed : ContactQP or None
@@ -123,7 +127,8 @@ class Certificate:
     def least_eigenvalue(self) -> LeastEigenvalue | None:
         """The bound of the smallest eigenvalue that the enclosure rests on, and what proves it; None where none does.
 
-        It is that of DGD with powers of two D which bring the diagonal close to one.
+        It is that of DGD with powers of two D which bring the diagonal close to one. What proves it, ``proof``, is
+        told by the certificate's repr as well, by the words of `contactqp.problem.eigenvalue.LeastEigenvalue`.
         """
         return (self.enclosed or self.problem).least_eigenvalue if self.barrier == EIGENVALUE else None
 

@@ -5,18 +5,19 @@ from __future__ import annotations
 import time
 
 from ..foundation.checks import Vector
-from ..models.base import ContactModel
+from ..models.base import ContactModel, split
+from ..problem.contact_problem import ContactProblem
 from ..proof.judge import judge
 from .request import Request
 from .solution import Run, Solution
 
 
-def judged_answer(model: ContactModel, gap: Vector, tol: float | str, name: str) -> Solution:
+def judged_answer(subject: ContactModel | ContactProblem, gap: Vector, tol: float | str, name: str) -> Solution:
     """Return an answer as a `Solution`, with its status, residuals and certificate.
 
     Parameters
     ----------
-    model : Membrane, Cable or CableNet
+    subject : Membrane, Cable, another model, or a bare problem
     gap : array, shape (n,)
         The answer (length).
     tol : float or str
@@ -34,7 +35,8 @@ def judged_answer(model: ContactModel, gap: Vector, tol: float | str, name: str)
     """
     started = time.perf_counter()
     request = Request.of(tol)
-    verdict = judge(model.problem, gap, request.tolerance.tol, model=model)
+    model, problem = split(subject)
+    verdict = judge(problem, gap, request.tolerance.tol, model=model)
     seconds = time.perf_counter() - started
     run = Run(
         backend=name,
@@ -46,4 +48,4 @@ def judged_answer(model: ContactModel, gap: Vector, tol: float | str, name: str)
         solve_seconds=0.0,
         seconds=seconds,
     )
-    return Solution(model, request, run, verdict)
+    return Solution(subject, request, run, verdict)

@@ -7,11 +7,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..errors import ContactWarning
+from ..foundation.checks import vector
 from ..foundation.text import shortened
 from ..io.model_records import model_in, own_gap
 from ..io.netcdf import read_netcdf
 from ..io.zarr_stores import read_zarr
+from ..problem.read import read
 from .answered import judged_answer
 from .solution import Solution
 from .tolerances import DEFAULT_TOL
@@ -23,6 +27,10 @@ READERS: dict[str, Callable[[Path], xr.Dataset]] = {".nc": read_netcdf, ".zarr":
 """What reads a dataset with a model and its solution, by the suffix of the file in small letters."""
 
 
+_ARRAYS = ".npz"
+"""Suffix of the solutions of bare problems."""
+
+
 def load_solution(path: str | Path, *, tol: float | str | None = None) -> Solution:
     """Return the solution that a file holds, with its model made anew and its answer judged anew.
 
@@ -32,7 +40,8 @@ def load_solution(path: str | Path, *, tol: float | str | None = None) -> Soluti
     Parameters
     ----------
     path : str or Path
-        ``.nc`` or ``.zarr``, as `Solution.save` and ``contactqp solve --out`` write them.
+        ``.nc`` or ``.zarr``, as `Solution.save` and ``contactqp solve --out`` write them, or the ``.npz`` of a bare
+        problem's solution.
     tol : float or str, optional
         What the answer is judged by, see `contactqp.solve`; by default what was asked for when it was solved.
 
@@ -48,7 +57,7 @@ def load_solution(path: str | Path, *, tol: float | str | None = None) -> Soluti
     OSError
         If it cannot be read.
     ValueError
-        If its suffix is unknown, or it holds no model, or one that is none; the message names the file.
+        If its suffix is unknown, or it holds no model (no gap), or one that is none; the message names the file.
 
     Examples
     --------
@@ -60,11 +69,14 @@ def load_solution(path: str | Path, *, tol: float | str | None = None) -> Soluti
     ('psor', 'certified', True)
     """
     path = Path(path)
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise ValueError(f"{path}: a solution is read from {' or '.join(READERS)}, not from {path.suffix!r}")
+    suffix = path.suffix.lower()
+    reader = READERS.get(suffix)
+    if reader is None and suffix != _ARRAYS:
+        raise ValueError(f"{path}: a solution is read from {', '.join(READERS)} or {_ARRAYS}, not from {path.suffix!r}")
     if not path.exists():
         raise FileNotFoundError(f"there is no file {path}")
+    if reader is None:
+        return _bare(path, tol)
     try:
         data = reader(path)
     except OSError as error:
@@ -77,5 +89,20 @@ def load_solution(path: str | Path, *, tol: float | str | None = None) -> Soluti
             gap = own_gap(data, model)
         asked = float(data.attrs.get("tol", DEFAULT_TOL)) if tol is None else tol
         return judged_answer(model, gap, asked, str(data.attrs.get("backend", path.name)))
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{path}: {shortened(error, 300)}") from None
+
+
+def _bare(path: Path, tol: float | str | None) -> Solution:
+    """Return the solution of a bare problem, which stands beside it in the file."""
+    problem = read(path)
+    with np.load(path, allow_pickle=False) as archive:
+        told = {name: archive[name] for name in ("gap", "backend", "tol") if name in archive}
+    if "gap" not in told:
+        raise ValueError(f"{path}: it holds a problem, which contactqp.read returns, and no gap that solves it")
+    try:
+        gap = vector(told["gap"], problem.size, "gap")
+        asked = float(told.get("tol", DEFAULT_TOL)) if tol is None else tol
+        return judged_answer(problem, gap, asked, str(told.get("backend", path.name)))
     except (ValueError, TypeError) as error:
         raise ValueError(f"{path}: {shortened(error, 300)}") from None

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..foundation.checks import Vector, finite_number, vector
 from ..models.base import ContactModel
-from ..models.sensitive import ArmTension, FrameHeights, Values, one_each
+from ..models.sensitive import FrameHeights, Resistance, Values, one_each
 from ..problem.contact_problem import ContactProblem
 
 
@@ -154,8 +154,10 @@ class OfModel(Parameters):
             self.known["foundation"] = Parameter(
                 self._of_foundation, lambda by: -self._areas * self._deflection * by.reaction
             )
-        for name, tension in model.arm_tensions.items():
-            self.known[name] = Parameter(partial(self._of_arms, name, tension), partial(self._by_arms, tension))
+        for name, resistance in model.resistances.items():
+            self.known[name] = Parameter(
+                partial(self._of_resistance, name, resistance), partial(self._by_resistance, resistance)
+            )
         frame = model.heights_of_frame
         if frame is not None:
             self.known[frame.name] = Parameter(partial(self._of_points, frame), partial(self._by_points, frame))
@@ -244,13 +246,14 @@ class OfModel(Parameters):
         """B1: the forces on the nodes when the frame moves down by one."""
         return self._problem.stiffness.matvec(np.ones(self.size)) - self._foundation
 
-    def _of_arms(self, name: str, tension: ArmTension, direction: Any) -> Change:
+    def _of_resistance(self, name: str, resistance: Resistance, direction: Any) -> Change:
         change = Change.none(self.size)
-        change.reaction = -tension.pull(self._deflection, one_each(direction, tension.shape, name))
+        change.reaction = -resistance.pull(self._deflection, one_each(direction, resistance.shape, name))
         return change
 
-    def _by_arms(self, tension: ArmTension, by: Change) -> Values:
-        return -tension.share(self._deflection, by.reaction)
+    def _by_resistance(self, resistance: Resistance, by: Change) -> Values | float:
+        found = -resistance.share(self._deflection, by.reaction)
+        return found if resistance.shape else float(found)
 
     def _of_tension(self, direction: Any) -> Change:
         change = Change.none(self.size)

@@ -131,7 +131,9 @@ class Sensitivity:
     Made by `Solution.sensitivity`. Parameters of a model: ``load``, ``support``, ``ceiling`` and ``foundation`` (if it
     has them), each with a value for each node, in the units and the sense in which the model takes them; ``tension``,
     where it is one number, and ``arms_x`` and ``arms_y``, the tension of each arm along x and along y, see
-    `contactqp.Membrane.arm_tensions` (of a cable net ``tension``, that of each segment); ``frame_height``, by which the
+    `contactqp.Membrane.arm_tensions` (of a cable net ``tension``, that of each segment);
+    ``bending_stiffness``, where it is one number, and of a beam ``point_stiffness``, that of each node and end, see
+    `contactqp.Beam.point_stiffness`; ``frame_height``, by which the
     whole frame is moved, and ``frame_heights``, that of each of its points, see `contactqp.Membrane.heights_of_frame`
     (of a cable net ``fixed_height``). Of a bare problem: ``q``, ``lower``, ``upper``.
 
@@ -233,9 +235,9 @@ class Sensitivity:
     def adjoint(
         self,
         *,
-        gap: ArrayLike = 0.0,
-        deflection: ArrayLike = 0.0,
-        reaction: ArrayLike = 0.0,
+        gap: ArrayLike | None = None,
+        deflection: ArrayLike | None = None,
+        reaction: ArrayLike | None = None,
         by: Collection[str] | None = None,
         biactive: Literal["refuse", "held"] = "refuse",
     ) -> dict[str, Any]:
@@ -246,8 +248,8 @@ class Sensitivity:
 
         Parameters
         ----------
-        gap, deflection, reaction : float or array, shape (n,)
-            Weights. A bare problem has no deflection.
+        gap, deflection, reaction : float or array, shape (n,), optional
+            Weights, one at least. A bare problem has no deflection.
         by : collection of str, optional
             Names of the parameters; by default all of them.
         biactive : {"refuse", "held"}
@@ -265,8 +267,14 @@ class Sensitivity:
             If nodes are biactive and to be refused: there is no gradient then, and only `forward` tells the one-sided
             derivatives.
         TypeError
-            If a weight has the wrong kind, or a parameter is unknown.
+            If no weight is given, one has the wrong kind, or a parameter is unknown.
         """
+        weights = {"gap": gap, "deflection": deflection, "reaction": reaction}
+        if all(weight is None for weight in weights.values()):
+            raise TypeError(
+                "give the weights of the number to be differentiated, gap=, deflection= or reaction=: reaction=1.0 is "
+                "the total reaction, and gap=w the sum of w times the gap"
+            )
         names = self.parameters if by is None else [by] if isinstance(by, str) else by
         for name in names:
             self._parameters.named(name)
@@ -278,8 +286,8 @@ class Sensitivity:
             )
         size, model = self._problem.size, self.solution.model
         by_gap, by_deflection, by_reaction = (
-            vector(np.broadcast_to(w, (size,)) if np.ndim(w) == 0 else w, size, name)
-            for name, w in (("gap", gap), ("deflection", deflection), ("reaction", reaction))
+            np.zeros(size) if w is None else vector(np.full(size, w) if np.ndim(w) == 0 else w, size, name)
+            for name, w in weights.items()
         )
         if model is None and by_deflection.any():
             raise TypeError("a bare problem has no deflection; give weights for gap and reaction")

@@ -33,6 +33,7 @@ from ..proof.certificate import Certificate
 from ..proof.judge import Verdict, judge
 from ..proof.measure import measure
 from ..proof.measures import Measures
+from ..proof.play import play
 from ..proof.residuals import Residuals
 from ..proof.sharper import sharper
 from ..proof.status import DISCRETE, Status
@@ -66,7 +67,7 @@ _LIMITS = {
 }
 
 _ABANDONED = "time limit; the call could not be stopped and was left behind"
-_SHUT = "no force opens a gap: the admissible gap nearest to zero is the solution"
+_SHUT = "no force opens a gap: the admissible gap nearest to zero solves the problem"
 
 _OUTCOMES = {
     Status.UNPROVEN: "returned an answer that is not proven",
@@ -397,15 +398,37 @@ class Solution:
     def cautions(self) -> tuple[str, ...]:
         """Why a certified answer may still not be what was meant, one sentence each.
 
-        Heights whose signs look wrong, a lattice wider than its frame, and slopes beyond what the theory assumes.
+        Heights whose signs look wrong, a lattice wider than its frame, slopes beyond what the theory assumes; and a
+        solution that is not the only one.
         """
+        several = (
+            "the solution is not unique: moved along the kernel by up to "
+            f"{self.play:.2g}, the answer meets the same conditions",
+        )
         if self.model is None:
-            return ()
+            return several if self.play else ()
         slope = self.max_slope if self.finite else 0.0
         if slope <= SLOPE_LIMIT:
             return self.model.cautions
         told = f"{slope:.{2 if slope < 100 else 3}g}"
         return (*self.model.cautions, f"largest slope {told}: the theory assumes small slopes")
+
+    @cached_property
+    def play(self) -> float:
+        """How far the answer can be moved along the kernel and still solve the problem as well (length).
+
+        It is 0 where the problem has no kernel, and where contact holds it: see `contactqp.proof.play`.
+        """
+        if not self.finite or self.status is Status.CERTIFIED:
+            return 0.0
+        return play(self.problem, self.gap, self.tol * self.verdict.scale)
+
+    @property
+    def advice(self) -> str:
+        """What to do about the status, one sentence."""
+        if self.play:
+            return "Add a force or a bound that decides which of the solutions is meant."
+        return self.status.advice
 
     @property
     def tol(self) -> float:
@@ -514,7 +537,7 @@ class Solution:
             achieved = f"no bound is known, natural residual {residual:.2g} of the error scale"
         message = (
             f"{self.backend} {_OUTCOMES[self.status]}: {achieved}, wanted {self.tol:g} ({self.termination}). "
-            f"{self.status.advice}{f' {self._conditioning}.' if self._conditioning else ''}"
+            f"{self.advice}{f' {self._conditioning}.' if self._conditioning else ''}"
         )
         if on_failure == "raise":
             raise NotCertifiedError(message, self)
@@ -547,7 +570,7 @@ class Solution:
 
     def _certified(self, attribute: str) -> Certificate:
         if self.certificate is None:
-            raise AttributeError(f"{attribute} needs a certificate; this solution has none ({self.status.advice})")
+            raise AttributeError(f"{attribute} needs a certificate; this solution has none ({self.advice})")
         return self.certificate
 
     @cached_property
@@ -702,7 +725,8 @@ class Solution:
             ``.nc`` and ``.zarr`` (a folder): the dataset of `to_dataset` by the conventions of CF, with the whole model
             and where it comes from, which `contactqp.load_solution` reads; ``.csv``: a line for each node; ``.vtu``:
             the deflected shape, and ``.vti``: the fields of a lattice, for ParaView; ``.tif``: a GeoTIFF of a
-            membrane's fields; ``.geojson``: its contact patches.
+            membrane's fields; ``.geojson``: its contact patches. Of a bare problem ``.csv``, a line for each node, or
+            ``.npz``, arrays by name with the problem, which `contactqp.load_solution` reads as well.
 
         Returns
         -------
@@ -723,10 +747,13 @@ class Solution:
         >>> cq.load_solution(file).status.value
         'certified'
         """
-        from ..io.writers import write_solution
+        from ..io.writers import write_bare, write_solution
 
         path = Path(path)
-        write_solution(self, self._physical("save"), path)
+        if self.model is None:
+            write_bare(self, path)
+        else:
+            write_solution(self, self.model, path)
         return path
 
     def patches(self) -> pd.DataFrame:
@@ -903,7 +930,7 @@ class Solution:
             yield f"{self.backend} said", self.termination
             if self._conditioning:
                 yield "matrix", self._conditioning
-            yield "advice", self.status.advice
+            yield "advice", self.advice
 
 
 def _counts_of(certificate: Certificate) -> str:

@@ -378,13 +378,13 @@ def _refuse_what_is_not_ok(solution: Solution) -> None:
     if not solution.status.ok:
         raise AssertionError(
             f"{_whose(solution)} is {solution.status.value}, bound {solution.relative_bound:.2g} of the error scale, "
-            f"wanted {solution.tol:g} ({solution.termination}). {solution.status.advice}"
+            f"wanted {solution.tol:g} ({solution.termination}). {solution.advice}"
         )
 
 
 def _why_unproven(solution: Solution) -> str:
     if solution.residuals is None:
-        return f"no finite answer, {solution.status} ({solution.termination}). {solution.status.advice}"
+        return f"no finite answer, {solution.status} ({solution.termination}). {solution.advice}"
     return "no enclosure is known for such a matrix"
 
 

@@ -1,4 +1,4 @@
-"""Commented case files that solve as they are, to begin one's own with."""
+"""Commented case files to begin one's own with: they solve as they are, but for a mesh, which is a file of its own."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def template_names() -> tuple[str, ...]:
     Examples
     --------
     >>> template_names()
-    ('beam', 'cable', 'dome', 'hexagon', 'membrane', 'plate')
+    ('beam', 'cable', 'dome', 'hexagon', 'membrane', 'mesh membrane', 'plate')
     """
     return tuple(sorted(file.name.removesuffix(_SUFFIX) for file in files(__name__).iterdir() if _is_one(file.name)))
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...algebra.stiffness import LatticeStiffness
-from ...foundation.checks import Mask, Vector
+from ...foundation.checks import Mask
+from ...foundation.loading import load_modules
 from ...geometry.numbering import Grid, Layout
 from ...geometry.runs import STIFF
 from .lattice_kernels import ArmKind
@@ -21,9 +22,6 @@ _ANISOTROPY = 3.0
 
 _STIFF = 0.75
 """So many times as stiff as its arms together must be what else holds a node to go without coarse corrections."""
-
-_SIDES = (0, -1), (0, 1), (-1, 0), (1, 0)
-"""Rows and columns by which neighbours lie away."""
 
 _SMALLEST = 9
 """Lattices of up to this many points are not coarsened."""
@@ -147,7 +145,7 @@ class Arms:
             return None
         down, right = self.row_coarsening, self.column_coarsening
         rows, columns = self.coarse_shape()
-        mask = self.layout.mask[down - 1 :: down, right - 1 :: right][:rows, :columns]
+        mask = np.ascontiguousarray(self.layout.mask[down - 1 :: down, right - 1 :: right][:rows, :columns])
         kinds = self.layout.kinds
         if kinds is not None:
             kinds = np.ascontiguousarray(kinds[down - 1 :: down, right - 1 :: right][:rows, :columns])
@@ -158,46 +156,22 @@ class Arms:
             across, along = across * down / right, along * right / down
             if isinstance(self.ground, float):
                 return Arms(Layout(mask, kinds), across, along)
-            held = self._coarse_rim(mask, across, along)
+            held = self._coarse_rim(mask)
             if not self._rim:
                 springs = np.where(self.layout.mask & ~_beside_frame(self.layout.mask), self.ground, 0.0)
                 held += _gathered(_gathered(springs, down).T, right).T
             return Arms(Layout(mask, kinds), across, along, held, rim=self._rim)
         return self._coarser_varying(mask, kinds)
 
-    def _coarse_rim(self, mask: Mask, across: float, along: float) -> Grid:
-        """Return by how much coarse nodes' arms to the frame are stiffer than the equal ones, for each coarse node.
+    def _coarse_rim(self, mask: Mask) -> Grid:
+        """Return by how much coarse nodes' arms to the frame are stiffer than the equal ones, for each coarse node."""
+        load_modules("contactqp.methods.multigrid.rim_kernels", kernels="multigrid")
+        from .rim_kernels import hold_coarse_rim
 
-        The arm of a coarse node ends where that of the last node in its direction does.
-        """
-        down, right = self.row_coarsening, self.column_coarsening
-        fine, ground = np.pad(self.layout.mask, 2), np.asarray(self.ground)
-        coarse = np.pad(mask, 1)
-        row, column = np.nonzero(_beside_frame(mask))
-        own = down * (row + 1) + 1, right * (column + 1) + 1  # on the padded arrays
-
-        def share(i: NDArray[np.intp], j: NDArray[np.intp]) -> Vector:
-            """Return what the ground adds to each of the arms by which the frame holds a node."""
-            sides = sum((~fine[i + up, j + across]).astype(np.int64) for up, across in _SIDES)
-            # Of points that are no nodes, outside the array or not, nothing is made.
-            inside = np.clip(i - 2, 0, self.rows - 1), np.clip(j - 2, 0, self.columns - 1)
-            return np.asarray(ground[inside] / np.maximum(1, sides))
-
-        total = np.zeros(row.size)
-        for up, right_hand in _SIDES:
-            step, rows, arm, plain = (
-                (right, down, float(self.across), across) if right_hand else (down, right, float(self.along), along)
-            )
-            stiffness = arm + share(*own)
-            if step == 2:
-                beyond = arm + share(own[0] + up, own[1] + right_hand)
-                series = arm * (beyond / (arm + beyond)) if arm > 0 else beyond
-                stiffness = np.where(fine[own[0] + up, own[1] + right_hand], series, stiffness)
-            ends = ~coarse[row + 1 + up, column + 1 + right_hand]
-            total += np.where(ends, np.maximum(rows * stiffness - plain, 0.0), 0.0)
-        rim = np.zeros(mask.shape)
-        rim[row, column] = total
-        return rim
+        held, coarsened = np.zeros(mask.shape), (self.row_coarsening, self.column_coarsening)
+        fine, ground = map(np.ascontiguousarray, (self.layout.mask, self.ground))
+        hold_coarse_rim(fine, ground, mask, held, self.across, self.along, *coarsened)
+        return held
 
     def _coarser_varying(self, mask: Mask, kinds: NDArray[np.uint8] | None) -> Arms | None:
         """Return the coarser lattice of arms that vary.

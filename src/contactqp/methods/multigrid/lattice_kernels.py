@@ -32,6 +32,9 @@ ArmKind: TypeAlias = Literal["equal", "rimmed", "varying"]
 
 _FAST = {"contract", "nsz", "nnan"}
 
+_FEW = 8
+"""Nodes of a run up to which they are visited one by one: vectors of so few cost more than they save."""
+
 
 @njit(error_model="numpy", fastmath=_FAST)
 def _relax_run(omega, q, across, along, ground, lower, i, first, last, odd, buffer):  # type: ignore[no-untyped-def]
@@ -46,6 +49,17 @@ def _relax_run(omega, q, across, along, ground, lower, i, first, last, odd, buff
         pull = w * west[k] + e * east[k] + s * south[k] + n * north[k] - drive[k]
         relaxed = max(lower, pull * (1.0 / (w + e + s + n + spring_at(ground, i - 1, j - 1))))
         buffer[k] = own[k] if (k + odd) & 1 else relaxed
+
+
+@njit(error_model="numpy", fastmath=_FAST)
+def _relax_few(omega, q, across, along, ground, lower, floor, ceiling, i, first, last, bounded):  # type: ignore[no-untyped-def]
+    """Relax every second node of a short run, from the first one on."""
+    for j in range(first, last, 2):
+        w, e = arm_at(across, i - 1, j - 1), arm_at(across, i - 1, j)
+        s, n = arm_at(along, i - 1, j - 1), arm_at(along, i, j - 1)
+        pull = w * omega[i, j - 1] + e * omega[i, j + 1] + s * omega[i - 1, j] + n * omega[i + 1, j] - q[i, j]
+        relaxed = max(lower, pull * (1.0 / (w + e + s + n + spring_at(ground, i - 1, j - 1))))
+        omega[i, j] = min(ceiling[i, j], max(floor[i, j], relaxed)) if bounded else relaxed
 
 
 def _spread_row(
@@ -98,6 +112,10 @@ def _relax_row(omega, q, across, along, ground, floor, ceiling, runs, row_start,
         first, last = runs[run, FIRST], runs[run, LAST]
         odd = (i + first + colour) & 1
         lower = 0.0 if runs[run, KIND] == SUPPORTED else -np.inf
+        if last - first <= _FEW and runs[run, HOLD] != LOOSE:
+            bounded = runs[run, KIND] == BOUNDED
+            _relax_few(omega, q, across, along, ground, lower, floor, ceiling, i, first + odd, last, bounded)
+            continue
         if runs[run, HOLD] == LOOSE:
             _relax_run(omega, q, across, along, 0.0, lower, i, first, last, odd, buffer)
         else:
