@@ -36,7 +36,7 @@ lint: $(VENV)/.installed-dev  ## Style, format, spelling and the layers of the p
 types: $(VENV)/.installed-dev  ## Types
 	$(BIN)/mypy
 
-tests: $(VENV)/.installed-dev  ## All tests, the code of README and docstrings, and the notebooks
+tests: $(VENV)/.installed-dev  ## All tests, the code of README, docs/ and docstrings, and the notebooks
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python $(SIDE_BY_SIDE)
 
 minimums: $(MINIMUMS)/.installed  ## The fast tests with every dependency at the lowest version that pyproject.toml allows
@@ -65,7 +65,7 @@ notebooks: $(VENV)/.installed-dev  ## Execute the notebooks anew and keep their 
 docs: $(VENV)/.installed-docs  ## Build the documentation site into build/site, where it needs no network
 	$(BIN)/sphinx-build --nitpicky --fail-on-warning --keep-going --jobs 2 --doctree-dir build/doctrees docs build/site
 
-benchmarks: $(VENV)/.installed-benchmarks  ## Measure speed and sharpness as README states them
+benchmarks: $(VENV)/.installed-benchmarks  ## Measure speed and sharpness as docs/benchmarks.md states them
 	$(BIN)/python benchmarks/facade.py
 	$(BIN)/python benchmarks/psor.py
 	$(BIN)/python benchmarks/speed.py
@@ -129,5 +129,5 @@ $(MINIMUMS)/.installed: $(VENV)/.installed-dev pyproject.toml Makefile
 
 clean:  ## Remove what the other targets made
 	rm -rf .venv .venv-* build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis hexagon.png
-	rm -rf docs/notebooks docs/api/generated docs/pictures
+	rm -rf docs/notebooks docs/api/generated docs/pictures docs/_extra
 	find src tests -name __pycache__ -prune -exec rm -rf {} +

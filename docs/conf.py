@@ -32,7 +32,7 @@ extensions = [
     "sphinx_design",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_extensions", "_templates", "_static", "gallery", "pictures/*.ipynb"]
+exclude_patterns = ["_extensions", "_extra", "_templates", "_static", "gallery", "pictures/*.ipynb"]
 templates_path = ["_templates"]
 default_role = "autolink"
 nitpicky = True
@@ -43,10 +43,14 @@ autodoc_preserve_defaults = True
 autodoc_mock_imports = [name for name in ("torch", "jax") if importlib.util.find_spec(name) is None]
 nitpick_ignore_regex = [
     ("py:.*", r"(?!contactqp).*"),
-    # Modules that docstrings name for who reads the source:
-    ("py:obj", r"contactqp\.(algebra|foundation|geometry|problem|proof|solving)\.[A-Za-z_.]+"),
+    # What docstrings name for who reads the source:
+    ("py:obj", r"contactqp\.(algebra|foundation|geometry|problem|proof|solving)\..+"),
 ]
 autosummary_ignore_module_all = False
+autosummary_filename_map = {  # classes have these names with a capital, which some file systems do not tell apart
+    f"contactqp.{name}": f"contactqp.{name}-function"
+    for name in ("events", "benchmark.difference", "jax.contact", "torch.contact")
+}
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 
@@ -78,6 +82,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "contactqp"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_extra_path = ["_extra"]
 html_show_sourcelink = False
 html_copy_source = False
 html_show_search_summary = False  # it fetches pages, which browsers refuse to those that are opened as files
@@ -95,3 +100,7 @@ html_sidebars = {"changelog": [], "benchmarks": []}
 
 # The notebooks lie beside this folder, and sphinx reads what lies within.
 shutil.copytree(ROOT / "notebooks", HERE / "notebooks", ignore=shutil.ignore_patterns("*.py", ".*"), dirs_exist_ok=True)
+
+# A page that solves in the browser, which a recipe embeds.
+(HERE / "_extra").mkdir(exist_ok=True)
+contactqp.explore(contactqp.gallery.paper_hexagon(), HERE / "_extra" / "explorer.html")

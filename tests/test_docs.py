@@ -6,11 +6,16 @@ from pathlib import Path
 
 import pytest
 from pages import run
+from strategies import BACKENDS
 from test_readme import ROOT
 
 import contactqp as cq
+from contactqp.backends import get_backend
+from contactqp.backends.solvers import SOLVERS
 
 DOCS = Path(ROOT) / "docs"
+BACKENDS_PAGE = (DOCS / "backends.md").read_text(encoding="utf-8")
+CI_PAGE = (DOCS / "howto" / "ci.md").read_text(encoding="utf-8")
 PAGE = (Path(ROOT) / "docs" / "a-backend.md").read_text(encoding="utf-8")
 
 
@@ -97,3 +102,37 @@ def test_every_page_that_is_linked_is_there():
                 page,
                 target,
             )
+
+
+def test_the_tests_that_it_shows_run_once_with_each_backend_and_fail_as_it_says(pytester, monkeypatch):
+    [(code, expected)] = re.findall(r"```python\n(# test_.*?)```\n\n[^`]*```text\n(.*?)```", CI_PAGE, flags=re.DOTALL)
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    monkeypatch.setenv("PYTEST_PLUGINS", "pytest_contactqp")
+    pytester.makepyfile(test_my_program=code)
+    result = pytester.runpytest_subprocess("-W", "error")
+    result.assert_outcomes(passed=len(BACKENDS) + 1, failed=1)
+    result.stdout.fnmatch_lines(["*FAILURES*", "*_ test_my_program _*"])
+    assert expected in result.stdout.str() + "\n"
+
+
+def test_every_backend_is_in_the_table_with_its_reachable_tolerance():
+    for name in BACKENDS:
+        row = next(line for line in BACKENDS_PAGE.splitlines() if line.startswith(f"| `{name}` |"))
+        exponent = f"{get_backend(name).reachable_tol:.0e}".replace("e-0", "e-")
+        assert f"| {exponent} |" in row
+
+
+def test_every_solver_that_others_call_is_in_its_table():
+    for name, facts in SOLVERS.items():
+        row = next(line for line in BACKENDS_PAGE.splitlines() if line.startswith(f"| `{name}` | {facts.method} |"))
+        reached = " / ".join(told(facts, package) for package in ("qpsolvers", "cvxpy"))
+        matrix = f"{'dense' if facts.dense else 'sparse'}{', definite' if facts.definite else ''}"
+        largest = " / ".join(f"{through.practical_size:,}" for through in facts.through.values())
+        assert row == f"| `{name}` | {facts.method} | {matrix} | {facts.licence} | {reached} | {largest} |"
+
+
+def told(facts, package):
+    through = facts.through.get(package)
+    return (
+        "–" if through is None or through.reachable_tol is None else f"{through.reachable_tol:.0e}".replace("e-0", "e-")
+    )

@@ -22,6 +22,7 @@ ON_A_PHONE = (
     "start/five-minutes",
     "howto/own-matrix",
     "howto/ci",
+    "howto/explore",
     "theory/certificate",
     "pictures/plot_cable",
     "notebooks/01_quickstart",
@@ -63,6 +64,7 @@ SEARCHES = {
     "case files": "howto/command-line",
     "refine": "howto/refine",
     "units": "howto/units",
+    "sliders": "howto/explore",
 }
 """What somebody looks for, and the recipe that is to be among the first ten that are found."""
 
