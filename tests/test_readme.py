@@ -16,7 +16,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 def test_the_code_runs_and_prints_what_it_says(monkeypatch):
     monkeypatch.chdir(ROOT)
-    assert run(README, {}) == README.count("```python") - 1 == 16  # the other one is run by the next test
+    assert run(README, {}) == README.count("```python") - 1 == 17  # the other one is run by the next test
 
 
 def test_the_tests_that_it_shows_run_once_with_each_backend_and_fail_as_it_says(pytester, monkeypatch):
