@@ -16,7 +16,7 @@ WORKERS ?= 2
 SIDE_BY_SIDE := -m pytest --numprocesses $(WORKERS) --dist worksteal
 DOWNLOADS := --no-python-downloads --quiet
 
-.PHONY: demo help test lint types tests minimums matrix wheel sdist-test notebooks benchmarks benchmarks-smoke news clean
+.PHONY: demo help test lint types tests minimums matrix wheel sdist-test notebooks docs benchmarks benchmarks-smoke news clean
 
 demo: $(VENV)/.installed  ## Compare the backends on the hexagon and draw hexagon.png
 	$(BIN)/contactqp compare examples/hexagon.toml --plot hexagon.png
@@ -36,7 +36,7 @@ lint: $(VENV)/.installed-dev  ## Style, format, spelling and the layers of the p
 types: $(VENV)/.installed-dev  ## Types
 	$(BIN)/mypy
 
-tests: $(VENV)/.installed-dev  ## All tests, the code of README and docstrings, and the notebooks
+tests: $(VENV)/.installed-dev  ## All tests, the code of README, docs/ and docstrings, and the notebooks
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python $(SIDE_BY_SIDE)
 
 minimums: $(MINIMUMS)/.installed  ## The fast tests with every dependency at the lowest version that pyproject.toml allows
@@ -62,7 +62,10 @@ sdist-test: wheel  ## Unpack the sdist elsewhere and run its own fast tests ther
 notebooks: $(VENV)/.installed-dev  ## Execute the notebooks anew and keep their outputs
 	$(BIN)/python notebooks/execute.py
 
-benchmarks: $(VENV)/.installed-benchmarks  ## Measure speed and sharpness as README states them
+docs: $(VENV)/.installed-docs  ## Build the documentation site into build/site, where it needs no network
+	$(BIN)/sphinx-build --nitpicky --fail-on-warning --keep-going --jobs 2 --doctree-dir build/doctrees docs build/site
+
+benchmarks: $(VENV)/.installed-benchmarks  ## Measure speed and sharpness as docs/benchmarks.md states them
 	$(BIN)/python benchmarks/facade.py
 	$(BIN)/python benchmarks/psor.py
 	$(BIN)/python benchmarks/speed.py
@@ -108,6 +111,10 @@ $(VENV)/.installed-release: $(VENV)/.installed-dev
 	$(BIN)/python -m pip install --quiet --group release
 	touch $@
 
+$(VENV)/.installed-docs: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	touch $@ $(VENV)/.installed
+
 $(VENV)/.installed-benchmarks: $(VENV)/.installed-dev
 	$(BIN)/python -m pip install --quiet --editable '.[benchmarks]'
 	touch $@
@@ -122,4 +129,5 @@ $(MINIMUMS)/.installed: $(VENV)/.installed-dev pyproject.toml Makefile
 
 clean:  ## Remove what the other targets made
 	rm -rf .venv .venv-* build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis hexagon.png
+	rm -rf docs/notebooks docs/api/generated docs/pictures docs/_extra
 	find src tests -name __pycache__ -prune -exec rm -rf {} +

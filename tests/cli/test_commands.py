@@ -91,8 +91,8 @@ def test_every_known_picture_can_be_written(tmp_path, suffix):
 def test_exit_codes_are_told():
     text = " ".join(run("--help", columns=200).output.split())
     assert "Exit codes: 0 ok; 1 not certified, or no agreement; 2 bad input; 130 interrupted by Ctrl-C." in text
-    readme = " ".join((EXAMPLES.parent / "README.md").read_text(encoding="utf-8").split())
-    assert "0 ok, 1 not certified or no agreement, 2 bad input, 130 interrupted by Ctrl-C" in readme
+    page = " ".join((EXAMPLES.parent / "docs" / "command-line.md").read_text(encoding="utf-8").split())
+    assert "0 ok, 1 not certified or no agreement, 2 bad input, 130 interrupted by Ctrl-C" in page
 
 
 @pytest.mark.parametrize("command", ["solve", "compare"])

@@ -335,8 +335,8 @@ class Backend(ABC):
     A subclass writes `solve`; or, if it can keep something from load to load, `prepare`. The one that it writes names
     the backend's own options as keywords with defaults.
 
-    Class attributes
-    ----------------
+    Attributes
+    ----------
     name : str
         Name to call it by.
     summary : str

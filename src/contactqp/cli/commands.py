@@ -310,6 +310,19 @@ def paper(
 
 
 @app.command()
+def export_qpbenchmark(
+    folder: Annotated[Path, typer.Argument(help="Where to write; made if missing.", metavar="FOLDER")],
+    largest: Annotated[int, typer.Option(help="Unknowns of the largest problem.", metavar="NUMBER")] = 20_000,
+) -> None:
+    """Write the gallery's problems, in several sizes, as a test set for qpbenchmark into FOLDER."""
+    from ..comparison.qpbenchmark import MODULE, write_test_set
+
+    names = write_test_set(folder, largest)
+    typer.echo(f"{folder / MODULE}: {len(names)} problems; to run them: pip install qpbenchmark, then")
+    typer.echo(f"qpbenchmark {folder / MODULE} run")
+
+
+@app.command()
 def explore(
     case: Annotated[
         Path | None, typer.Argument(help="Case file (TOML); without one, the paper's hexagon.", show_default=False)
