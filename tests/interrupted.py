@@ -38,6 +38,7 @@ WORK = {
     "compare": lambda: cq.compare(hexagon()),
     "trace": lambda: cq.trace(hexagon(1.0), loads=np.linspace(0.01, 0.1, 100)),
     "events": lambda: cq.events(hexagon(1.0), stop=0.1),
+    "march": lambda: cq.march(hexagon(), times=np.linspace(0, 100, 401), damping=1.0),
     "certify": lambda: cq.certify(bowl(160), np.full(bowl(160).lattice.size, 0.05)),
 }
 sent = [0.0]

@@ -14,8 +14,9 @@ Heights, deflections and loads are positive downwards.
 Models: `Membrane`, `MeshMembrane`, `Cable`, `CableNet`, `Beam`, `Plate`, and `ContactQP` for a matrix of your own,
 `ContactLCP` for one that is not symmetric. Solving: `solve`, `solve_many`,
 `Solver` (one model under many loads), `compare` (several backends), `trace` and `events` (a growing load), `refine`
-(finer meshes). Proofs: `certify` encloses the true solution, given any program's answer; `contactqp.testing` asserts
-it. `explore` writes a page with sliders that solves and proves in the browser.
+(finer meshes), `study` (a problem of the gallery against its closed form). Proofs: `certify` encloses the true
+solution, given any program's answer; `contactqp.testing` asserts it. `explore` writes a page with sliders that solves
+and proves in the browser.
 
 PYTEST_DONT_REWRITE: pytest marks all that a wheel with a plugin holds, and warns of what was imported too early.
 """
@@ -69,6 +70,7 @@ from .solving.many import solve_many
 from .solving.solution import Solution
 from .solving.solve import solve
 from .solving.solver import Solver
+from .studies.study import Study, study
 
 __all__ = [
     "Beam",
@@ -95,6 +97,7 @@ __all__ = [
     "Solver",
     "Status",
     "Stencil",
+    "Study",
     "TimeHistory",
     "Touchdown",
     "UnknownBackendError",
@@ -119,6 +122,7 @@ __all__ = [
     "refine",
     "solve",
     "solve_many",
+    "study",
     "trace",
 ]
 

@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 PROGRAM = ROOT / "tests" / "interrupted.py"
 WORKS = (
     *("osqp", "clarabel", "mangasarian", "psor", "multigrid", "active-set"),
-    *("matrix", "compare", "trace", "events", "certify"),
+    *("matrix", "compare", "trace", "march", "events", "certify"),
 )
 COMMANDS = {
     "compare": ["compare", "examples/hexagon.toml", "--plot", "{0}/a.png", "--report", "{0}/a.html"],

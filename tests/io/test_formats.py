@@ -141,7 +141,7 @@ def test_files_without_a_model_are_refused_in_words(tmp_path, change, told):
 def test_files_that_cannot_be_read_are_named(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"there is no file .*answer\.nc"):
         cq.load_solution(tmp_path / "answer.nc")
-    with pytest.raises(ValueError, match=r"read from \.nc or \.zarr, not from '\.csv'"):
+    with pytest.raises(ValueError, match=r"read from \.nc, \.zarr or \.npz, not from '\.csv'"):
         cq.load_solution(tmp_path / "answer.csv")
     for name in ("broken.nc", "broken.zarr"):
         (tmp_path / name).write_text("nothing")

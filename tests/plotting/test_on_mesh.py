@@ -10,7 +10,7 @@ from triangulations import obtuse_rings
 
 import contactqp as cq
 from contactqp.models.records import NodeState, states_of
-from contactqp.plotting.on_mesh import _states_of_triangles, cut_across
+from contactqp.plotting.on_mesh import cut_across, states_of_triangles
 
 
 def ring(**changes):
@@ -44,7 +44,7 @@ def test_a_solution_is_drawn_by_its_triangles(solution, tmp_path):
     drawn: Any = states.collections[0]
     assert len(drawn.get_paths()) == len(solution.model.triangles)
     np.testing.assert_array_equal(
-        drawn.get_array(), _states_of_triangles(solution.model, states_of(solution.certificate))
+        drawn.get_array(), states_of_triangles(solution.model, states_of(solution.certificate))
     )
     figure.savefig(tmp_path / "ring.png")
     for picture in (solution.model.plot(), solution.certificate.plot(), solution.plot()):
@@ -56,12 +56,12 @@ def test_a_solution_is_drawn_by_its_triangles(solution, tmp_path):
 def test_a_triangle_is_in_contact_where_all_its_nodes_are():
     model = cq.MeshMembrane.from_skfem(skfem.MeshTri().refined(2), 1.0, load=1.0, support=1.0)
     states = np.zeros(model.size, dtype=int)
-    assert not _states_of_triangles(model, states).any()
-    everything = _states_of_triangles(model, np.full(model.size, NodeState.CONTACT.value))
+    assert not states_of_triangles(model, states).any()
+    everything = states_of_triangles(model, np.full(model.size, NodeState.CONTACT.value))
     inside = (~np.isin(model.triangles, model.fixed)).any(axis=1)
     np.testing.assert_array_equal(everything == NodeState.CONTACT, inside)
     states[0] = NodeState.UNDECIDED
-    undecided = _states_of_triangles(model, states) == NodeState.UNDECIDED
+    undecided = states_of_triangles(model, states) == NodeState.UNDECIDED
     np.testing.assert_array_equal(undecided, (model.triangles == model.free[0]).any(axis=1))
 
 
@@ -95,3 +95,23 @@ def test_load_paths_and_comparisons_are_drawn(tmp_path):
     figure = Figure()
     cq.solve(model).plot(ax=figure.subplots())
     figure.savefig(tmp_path / "axes.png")
+
+
+def test_views_in_space_show_triangles_in_contact():
+    model = ring()
+    solution = cq.solve(model)
+    for figure in (model.plot3d(), solution.plot3d(), solution.plot(kind="surface", title="T")):
+        axes: Any = figure.axes[0]
+        low, high = axes.get_zlim()
+        assert low > high  # heights are positive downwards
+        assert axes.get_xlim()[0] < -0.9
+    membrane, below, above = solution.plot3d().axes[0].collections[:3]
+    assert len(membrane.get_facecolors()) == len(model.triangles)
+    assert 0 < len(below.get_facecolors()) < len(model.triangles)
+    assert len(above.get_facecolors()) > 0
+    up = cq.MeshMembrane(model.positions, model.triangles, 1.0, load=1.0, support=-9.0, upwards=True)
+    figure = cq.solve(up).plot3d()
+    low, high = figure.axes[0].get_zlim()
+    assert low < high
+    assert high - low < 1
+    assert "The support goes on below" in figure.get_suptitle()

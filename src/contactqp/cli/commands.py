@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..foundation.files import made_folder
 from ..foundation.terminal import line_width
 from ..foundation.text import folded, shortened
 from .application import (
@@ -29,6 +30,7 @@ from .application import (
     app as app,
 )
 from .bench import bench as bench
+from .gallery_commands import export_dataset, study  # noqa: F401  (commands register themselves)
 
 if TYPE_CHECKING:
     from ..foundation.brackets import Bracket
@@ -293,9 +295,9 @@ def paper(
     Exit code 0: all certified, contact sets nested and the same by all backends; 1: not; 2: bad input;
     130: interrupted.
     """
-    from ..paper.folder import CAPTIONS, prepare_folder, write_folder
+    from ..paper.folder import CAPTIONS, write_folder
 
-    prepare_folder(out)
+    made_folder(out)
     from ..paper.reproduction import reproduce
     from ..paper.table import print_table
 
@@ -305,6 +307,19 @@ def paper(
     for file in write_folder(found, out):
         typer.echo(f"{file}: {CAPTIONS.get(file.name, 'Each file and its caption.')}")
     raise typer.Exit(EXIT_OK if found.ok else EXIT_NOT_CERTIFIED)
+
+
+@app.command()
+def export_qpbenchmark(
+    folder: Annotated[Path, typer.Argument(help="Where to write; made if missing.", metavar="FOLDER")],
+    largest: Annotated[int, typer.Option(help="Unknowns of the largest problem.", metavar="NUMBER")] = 20_000,
+) -> None:
+    """Write the gallery's problems, in several sizes, as a test set for qpbenchmark into FOLDER."""
+    from ..comparison.qpbenchmark import MODULE, write_test_set
+
+    names = write_test_set(folder, largest)
+    typer.echo(f"{folder / MODULE}: {len(names)} problems; to run them: pip install qpbenchmark, then")
+    typer.echo(f"qpbenchmark {folder / MODULE} run")
 
 
 @app.command()

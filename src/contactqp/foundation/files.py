@@ -20,6 +20,29 @@ def require_folder(path: Path, what: str) -> None:
         raise ValueError(f"cannot write the {what} {path}: there is no folder {path.parent}; make it first")
 
 
+def made_folder(folder: Path) -> Path:
+    """Return a folder that is to be written into, made if it is missing.
+
+    Raises
+    ------
+    ValueError
+        If there is a file of its name, or no folder to make it in.
+
+    Examples
+    --------
+    >>> made_folder(Path("no", "such", "folder"))
+    Traceback (most recent call last):
+    ...
+    ValueError: cannot make the folder no/such/folder: there is no folder no/such
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"cannot write into {folder}: it is a file, not a folder")
+    if not folder.absolute().parent.is_dir():
+        raise ValueError(f"cannot make the folder {folder}: there is no folder {folder.parent}")
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
 def require_suffix(path: Path, known: Sequence[str], what: str) -> None:
     """Raise a ValueError that lists the known suffixes, if that of ``path`` is none of them.
 

@@ -7,6 +7,9 @@ from numpy.typing import ArrayLike
 
 from ..foundation.checks import Vector, finite_number, integer_at_least, positive_number, real_array, refuse_non_finite
 from ..models.cable import Cable
+from .catalogue import entry
+from .intervals import at_node, covered, distance_to_points
+from .known import Known
 
 
 def cable_on_floor(nodes: int, contact_starts_after: int) -> tuple[Cable, Vector]:
@@ -30,11 +33,48 @@ def cable_on_floor(nodes: int, contact_starts_after: int) -> tuple[Cable, Vector
     array([1.5, 2. , 2. , 2. , 2. , 2. , 2. , 2. , 1.5])
     """
     nodes, count = _nodes_and_touchdown(nodes, contact_starts_after)
-    floor = count**2 / 2
-    cable = Cable(nodes=nodes, spacing=1.0, tension=1.0, load=1.0, support=float(floor))
-    x = cable.lattice.node_x
-    distance = np.minimum(np.minimum(x, nodes + 1 - x), count)
-    return cable, distance * count - distance**2 / 2
+    return _on_floor(nodes, float(count), 1.0)
+
+
+def _on_floor(nodes: int, touchdown: float, spacing: float) -> tuple[Cable, Vector]:
+    cable = Cable(nodes=nodes, spacing=spacing, tension=1.0, load=1.0, support=touchdown**2 / 2)
+    distance = np.minimum(_distance_to_end(cable), touchdown)
+    return cable, distance * touchdown - distance**2 / 2
+
+
+@entry("cable-on-floor", n=39)
+def _floor_entry(name: str, nodes: int) -> Known:
+    """Return a cable on a flat floor: T = p = L = 1, f = a²/2, a = 3/10, w = ax - x²/2 before it."""
+    return _between_touchdowns(name, *_on_floor(nodes, _TOUCHDOWN, 1 / (nodes + 1)), pressure=1.0, exact=True)
+
+
+_TOUCHDOWN = 0.3
+_MECHANICS = "the equation of a cable, T w″ = ρ - p, solved piece by piece"
+
+
+def _between_touchdowns(
+    name: str,
+    cable: Cable,
+    deflection: Vector,
+    *,
+    pressure: float,
+    exact: bool = False,
+    touchdown: float = _TOUCHDOWN,
+) -> Known:
+    """Return the entry of a cable that lies on the ground but for a length beside each end, pressed evenly."""
+    x, spacing = cable.lattice.node_x, cable.lattice.spacing
+    ends = touchdown, cable.span - touchdown
+    return Known(
+        name,
+        cable,
+        _MECHANICS,
+        spacing,
+        deflection=deflection,
+        reaction=pressure * covered(x, spacing, *ends),
+        exact=exact and at_node(touchdown, spacing),
+        contact_area=ends[1] - ends[0],
+        distance=distance_to_points(*ends),
+    )
 
 
 def _nodes_and_touchdown(nodes: int, contact_starts_after: int) -> tuple[int, int]:
@@ -74,15 +114,30 @@ def cable_on_parabola(nodes: int, contact_starts_after: int, radius: float) -> t
     nodes, count = _nodes_and_touchdown(nodes, contact_starts_after)
     if not (finite_number(radius, "radius") > 0 or radius < -1):
         raise ValueError(f"radius must be > 0 or < -1, got {radius:g}")
-    middle = (nodes + 1) / 2
-    summit = count**2 / 2 - (middle**2 - count**2) / (2 * radius)
+    return _on_parabola(nodes, float(count), 1.0, radius)
+
+
+def _on_parabola(nodes: int, touchdown: float, spacing: float, radius: float) -> tuple[Cable, Vector]:
+    middle = spacing * (nodes + 1) / 2
+    summit = touchdown**2 / 2 - (middle**2 - touchdown**2) / (2 * radius)
     cable = Cable(
-        nodes=nodes, spacing=1.0, tension=1.0, load=1.0, support=lambda x: summit + (x - middle) ** 2 / (2 * radius)
+        nodes=nodes, spacing=spacing, tension=1.0, load=1.0, support=lambda x: summit + (x - middle) ** 2 / (2 * radius)
     )
-    x = cable.lattice.node_x
-    distance = np.minimum(x, nodes + 1 - x)
-    free = (count - (middle - count) / radius) * distance - distance**2 / 2
-    return cable, np.where(distance < count, free, cable.support)
+    distance = _distance_to_end(cable)
+    free = (touchdown - (middle - touchdown) / radius) * distance - distance**2 / 2
+    return cable, np.where(distance < touchdown, free, cable.support)
+
+
+@entry("cable-on-hill", n=39)
+def _hill_entry(name: str, nodes: int) -> Known:
+    """Return a cable on a parabolic hill: T = p = L = 1, f″ = 1, a = 3/10; the hill bears ρ = p + T f″ = 2."""
+    return _between_touchdowns(name, *_on_parabola(nodes, _TOUCHDOWN, 1 / (nodes + 1), 1.0), pressure=2.0, exact=True)
+
+
+@entry("cable-in-bowl", n=39)
+def _bowl_entry(name: str, nodes: int) -> Known:
+    """Return a cable in a parabolic bowl: T = p = L = 1, f″ = -1/2, a = 3/10; the bowl bears ρ = p + T f″ = 1/2."""
+    return _between_touchdowns(name, *_on_parabola(nodes, _TOUCHDOWN, 1 / (nodes + 1), -2.0), pressure=0.5, exact=True)
 
 
 def cable_on_posts(depths: ArrayLike, bay: int) -> tuple[Cable, Vector, Vector]:
@@ -115,29 +170,40 @@ def cable_on_posts(depths: ArrayLike, bay: int) -> tuple[Cable, Vector, Vector]:
     >>> reaction[cable.supported]
     array([4.  , 3.25])
     """
-    bay = integer_at_least(bay, 2, "bay")
-    tops = real_array(depths, "depths")
+    return _on_posts(real_array(depths, "depths"), integer_at_least(bay, 2, "bay"), 1.0)
+
+
+def _on_posts(tops: Vector, bay: int, spacing: float) -> tuple[Cable, Vector, Vector]:
     if tops.ndim != 1:
         raise ValueError(f"depths must have one dimension, got shape {tops.shape}")
     if not tops.size:
         raise ValueError("depths must hold one depth or more")
     refuse_non_finite(tops, "depths")
-    held = np.concatenate([[0.0], tops, [0.0]])
-    carried = bay + np.diff(held, 2) / bay
+    held, length = np.concatenate([[0.0], tops, [0.0]]), bay * spacing
+    carried = length + np.diff(held, 2) / length
     if carried.min() < 0:
         post = int(np.argmin(carried))
         raise ValueError(
             f"depths[{post}] = {tops[post]:g} is too deep beside its neighbours: the cable would not touch"
         )
     nodes = bay * (tops.size + 1) - 1
-    x = np.arange(1.0, nodes + 1)
+    x = spacing * np.arange(1.0, nodes + 1)
     at_posts = bay * np.arange(1, tops.size + 1) - 1
     support, reaction = np.full(nodes, np.inf), np.zeros(nodes)
     support[at_posts], reaction[at_posts] = tops, carried
-    cable = Cable(nodes=nodes, spacing=1.0, tension=1.0, load=1.0, support=support)
-    along = x % bay
-    deflection = np.interp(x, bay * np.arange(held.size), held) + along * (bay - along) / 2
+    cable = Cable(nodes=nodes, spacing=spacing, tension=1.0, load=1.0, support=support)
+    along = spacing * (np.arange(1, nodes + 1) % bay)
+    deflection = np.interp(x, length * np.arange(held.size), held) + along * (length - along) / 2
     return cable, deflection, reaction
+
+
+@entry("cable-on-posts", n=39)
+def _posts_entry(name: str, nodes: int) -> Known:
+    """Return a cable on three posts with nothing between them: T = p = L = 1, tops at 1/80, 1/64 and 1/80."""
+    if (nodes + 1) % 4 or nodes < 7:
+        raise ValueError(f"n must be 7, 11, 15, ... for {name!r}, whose posts are nodes, got {nodes}")
+    cable, deflection, reaction = _on_posts(np.array([1 / 80, 1 / 64, 1 / 80]), (nodes + 1) // 4, 1 / (nodes + 1))
+    return Known(name, cable, _MECHANICS, 1 / (nodes + 1), deflection=deflection, reaction=reaction, exact=True)
 
 
 def cable_on_foundation(nodes: int, contact_starts_after: int, stiffness: float = 1.0) -> tuple[Cable, Vector]:
@@ -162,9 +228,11 @@ def cable_on_foundation(nodes: int, contact_starts_after: int, stiffness: float 
     array([0.0213, 0.0283, 0.0283, 0.0283, 0.0283, 0.0283, 0.0213])
     """
     nodes, count = _nodes_and_touchdown(nodes, contact_starts_after)
-    stiffness = positive_number(stiffness, "stiffness")
+    return _on_foundation(nodes, count / (nodes + 1), positive_number(stiffness, "stiffness"))
+
+
+def _on_foundation(nodes: int, touchdown: float, stiffness: float) -> tuple[Cable, Vector]:
     spacing, rate = 1 / (nodes + 1), np.sqrt(stiffness)
-    touchdown = count * spacing
     # p/k - f is 1/(k cosh λa), and f = 2 sinh²(λa/2)/(k cosh λa), which loses no digits where λa is small.
     floor = 2 * np.sinh(rate * touchdown / 2) ** 2 / (stiffness * np.cosh(rate * touchdown))
     cable = Cable(
@@ -173,6 +241,13 @@ def cable_on_foundation(nodes: int, contact_starts_after: int, stiffness: float 
     left = touchdown - _distance_to_end(cable)
     rest = 2 * np.sinh(rate * np.maximum(left, 0.0) / 2) ** 2 / (stiffness * np.cosh(rate * touchdown))
     return cable, floor - rest
+
+
+@entry("cable-on-foundation", n=39)
+def _foundation_entry(name: str, nodes: int) -> Known:
+    """Return a cable on springs over a flat floor: T = p = L = 1, k = 4, a = 2/5; the floor bears ρ = p - kf."""
+    cable, deflection = _on_foundation(nodes, 0.4, 4.0)
+    return _between_touchdowns(name, cable, deflection, pressure=1 / np.cosh(2 * 0.4), touchdown=0.4)
 
 
 def cable_of_varying_tension(nodes: int, contact_starts_after: int, slope: float = 2.0) -> tuple[Cable, Vector]:
@@ -198,21 +273,27 @@ def cable_of_varying_tension(nodes: int, contact_starts_after: int, slope: float
     array([0.0212, 0.027 , 0.027 , 0.027 , 0.027 , 0.027 , 0.0212])
     """
     nodes, count = _nodes_and_touchdown(nodes, contact_starts_after)
-    slope = positive_number(slope, "slope")
-    spacing = 1 / (nodes + 1)
-    touchdown = count * spacing
+    return _of_varying_tension(nodes, count / (nodes + 1), positive_number(slope, "slope"))
 
+
+def _of_varying_tension(nodes: int, touchdown: float, slope: float) -> tuple[Cable, Vector]:
     def fallen(distance: Vector) -> Vector:
         return np.asarray((touchdown + 1 / slope) * np.log1p(slope * distance) / slope - distance / slope)
 
     cable = Cable(
         nodes=nodes,
-        spacing=spacing,
+        spacing=1 / (nodes + 1),
         tension=lambda x: 1 + slope * np.minimum(x, 1 - x),
         load=1.0,
         support=float(fallen(np.array(touchdown))),
     )
     return cable, fallen(np.minimum(_distance_to_end(cable), touchdown))
+
+
+@entry("cable-of-varying-tension", n=39)
+def _varying_entry(name: str, nodes: int) -> Known:
+    """Return a cable pulled harder in its middle: T = 1 + 2s at s from the nearer end, p = L = 1, a = 2/5."""
+    return _between_touchdowns(name, *_of_varying_tension(nodes, 0.4, 2.0), pressure=1.0, touchdown=0.4)
 
 
 def cable_between_floor_and_ceiling(half: int, contact_starts_after: int) -> tuple[Cable, Vector]:
@@ -240,19 +321,38 @@ def cable_between_floor_and_ceiling(half: int, contact_starts_after: int) -> tup
     count = integer_at_least(contact_starts_after, 1, "contact_starts_after")
     if 2 * count > half:
         raise ValueError(f"contact_starts_after must be <= half / 2 = {half / 2:g}, got {count}")
-    floor = count**2 / 2
-    cable = Cable(
-        nodes=2 * half - 1,
-        spacing=1.0,
-        tension=1.0,
-        load=lambda x: np.sign(half - x),
-        support=floor,
-        ceiling=-floor,
-    )
+    return _between_floor_and_ceiling(half, float(count), 1.0)
+
+
+def _between_floor_and_ceiling(half: int, touchdown: float, spacing: float) -> tuple[Cable, Vector]:
+    floor = touchdown**2 / 2
+    side = np.sign(half - np.arange(1.0, 2 * half))  # 0 at the middle node
+    cable = Cable(nodes=side.size, spacing=spacing, tension=1.0, load=side, support=floor, ceiling=-floor)
     # Either half is that of a cable on a floor.
-    from_middle = np.abs(cable.lattice.node_x - half)
-    distance = np.minimum(np.minimum(from_middle, half - from_middle), count)
-    return cable, np.sign(half - cable.lattice.node_x) * (distance * count - distance**2 / 2)
+    from_end = np.minimum(np.arange(1, 2 * half), 2 * half - np.arange(1, 2 * half))
+    distance = np.minimum(spacing * np.minimum(from_end, half - from_end), touchdown)
+    return cable, side * (distance * touchdown - distance**2 / 2)
+
+
+@entry("cable-between-floor-and-ceiling", n=39)
+def _two_sided_entry(name: str, nodes: int) -> Known:
+    """Return a cable pressed on a floor on its left and on a ceiling on its right: T = L = 1, p = ±1, a = 1/10."""
+    if nodes % 2 == 0 or nodes < 3:
+        raise ValueError(f"n must be odd and >= 3 for {name!r}, whose middle is a node, got {nodes}")
+    spacing, touchdown = 1 / (nodes + 1), 0.1
+    cable, deflection = _between_floor_and_ceiling((nodes + 1) // 2, touchdown, spacing)
+    x, left, right = cable.lattice.node_x, (touchdown, 0.5 - touchdown), (0.5 + touchdown, 1 - touchdown)
+    return Known(
+        name,
+        cable,
+        _MECHANICS,
+        spacing,
+        deflection=deflection,
+        reaction=covered(x, spacing, *left) - covered(x, spacing, *right),
+        exact=at_node(touchdown, spacing),
+        contact_area=2 * (0.5 - 2 * touchdown),
+        distance=distance_to_points(*left, *right),
+    )
 
 
 def _distance_to_end(cable: Cable) -> Vector:

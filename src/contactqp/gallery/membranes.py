@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from ..foundation.checks import Vector, integer_at_least, open_interval, positive_number
+from ..foundation.checks import Vector, integer_at_least, positive_number
 from ..geometry.frame import Frame
 from ..geometry.lattice import Lattice
-from ..geometry.scikit_fem import circle
 from ..models.membrane import Membrane
-from ..models.mesh_membrane import MeshMembrane
 from ..profiles.analytic import HillAndFloor
+from .catalogue import entry
+from .known import Known
 
 PAPER_LOADS = tuple(k / 100 for k in range(1, 11))
 """The ten dimensionless loads P' = pΔ/T of the paper's Table 1."""
@@ -40,6 +38,20 @@ def paper_hexagon(load: float = 0.03) -> Membrane:
     return Membrane(Frame.polygon(PAPER_CORNERS).lattice(spacing=1.0), tension=1.0, load=load, support=HillAndFloor())
 
 
+@entry("hexagon", n=63)
+def _hexagon_entry(name: str, nodes: int) -> Known:
+    """Return the paper's hexagon over a surrogate surface, P' = 0.03 at 63 nodes along it; no formula is known."""
+    if (nodes + 1) % 8:
+        raise ValueError(f"n must be 7, 15, 23, ... for {name!r}, whose corners are lattice points, got {nodes}")
+    spacing = 64.0 / (nodes + 1)
+    lattice = Frame.polygon(PAPER_CORNERS).lattice(spacing)
+    model = Membrane(lattice, tension=1.0, load=0.03, support=HillAndFloor())
+    source = (
+        "Analysis of membranes stretched over a unilateral support, of the 1970s; the surface stands in for a lost one"
+    )
+    return Known(name, model, source, spacing)
+
+
 def bowl(nodes: int) -> Membrane:
     """Return a pressed membrane over a dented bowl on the unit square, ``nodes`` x ``nodes``.
 
@@ -65,6 +77,12 @@ def _dented_bowl(x: Vector, y: Vector) -> Vector:
     return np.asarray(0.15 + 0.3 * ((x - 0.5) ** 2 + (y - 0.45) ** 2) + dents)
 
 
+@entry("bowl", n=31)
+def _bowl_entry(name: str, nodes: int) -> Known:
+    """Return a membrane pressed into a dented bowl; no formula is known."""
+    return Known(name, bowl(nodes), "contactqp", 1 / (nodes + 1))
+
+
 def spiral(nodes: int) -> Membrane:
     """Return an unloaded membrane hung over a spiral ridge, whose contact set is as long as the lattice lets it be.
 
@@ -87,6 +105,87 @@ def spiral(nodes: int) -> Membrane:
     return Membrane(lattice, tension=1.0, load=0.0, support=_spiral_support)
 
 
+@entry("spiral", n=31)
+def _spiral_entry(name: str, nodes: int) -> Known:
+    """Return an unloaded membrane over a spiral ridge, whose contact set is a long curve; no formula is known."""
+    source = "Gräser and Kornhuber, Multigrid methods for obstacle problems, J. Comput. Math. 27 (2009)"
+    return Known(name, spiral(nodes), source, 2 / (nodes + 1))
+
+
+@entry("biactive", n=31)
+def _biactive_entry(name: str, nodes: int) -> Known:
+    """Return a membrane that everywhere just touches its support and is held by it nowhere: ψ = -(x² - 1)(y² - 1).
+
+    T = 1 on (-1, 1)², elevations: u = ψ, p = Δψ = 2(2 - x² - y²) downwards, so that gap and reaction are both zero at
+    every node. Five-point differences of ψ are exact, so that the discrete answer is the continuous one; in double
+    precision no program can tell contact from a gap.
+    """
+    lattice = Frame.rectangle(2.0, 2.0).lattice(2 / (nodes + 1))
+    model = Membrane(
+        lattice,
+        tension=1.0,
+        load=lambda x, y: 2 * (2 - x**2 - y**2),
+        support=lambda x, y: -(x**2 - 1) * (y**2 - 1),
+        upwards=True,
+    )
+    source = "manufactured: strict complementarity fails at every node"
+    return Known(
+        name,
+        model,
+        source,
+        lattice.spacing,
+        deflection=-(lattice.node_x**2 - 1) * (lattice.node_y**2 - 1),
+        reaction=np.zeros(lattice.size),
+        exact=True,
+    )
+
+
+@entry("biactive-half", n=31)
+def _half_entry(name: str, nodes: int) -> Known:
+    """Return a membrane that lies on the plane without pressing on it in one half: u = x⁴ for x > 0, else 0.
+
+    T = 1 on (-1, 1)², elevations; p = Δu = 12x² for x > 0, else 0, downwards. Gap and reaction are both zero where
+    x ≤ 0. Five-point differences lift the membrane there by some Δ², so that the discrete one is in contact nowhere.
+    """
+
+    def height(x: Vector, y: Vector) -> Vector:
+        return np.asarray(np.maximum(x, 0.0) ** 4)
+
+    lattice = Frame.rectangle(2.0, 2.0).lattice(2 / (nodes + 1))
+    model = Membrane(
+        lattice,
+        tension=1.0,
+        load=lambda x, y: 12 * np.maximum(x, 0.0) ** 2,
+        support=0.0,
+        frame_height=height,
+        upwards=True,
+    )
+    return Known(
+        name,
+        model,
+        "manufactured: strict complementarity fails in one half",
+        lattice.spacing,
+        deflection=height(lattice.node_x, lattice.node_y),
+        reaction=np.zeros(lattice.size),
+    )
+
+
+@entry("incidence-set", n=31)
+def _incidence_entry(name: str, nodes: int) -> Known:
+    """Return Outrata, Kočvara and Zowe's membrane at the first design: T = p = 1, f = 0.03; no formula is known.
+
+    The unit square over a flat floor, zero on its frame; MacMPEC's incid-set1, whose design variables move frame and
+    contact set, has the elevation -0.03 and the load -1.
+    """
+    lattice = Frame.rectangle(1.0, 1.0, center=(0.5, 0.5)).lattice(1 / (nodes + 1))
+    model = Membrane(lattice, tension=1.0, load=1.0, support=0.03)
+    source = (
+        "Outrata, Kočvara and Zowe, Nonsmooth Approach to Optimization Problems with Equilibrium Constraints, 1998, "
+        "sect. 9.4; MacMPEC, incid-set1"
+    )
+    return Known(name, model, source, lattice.spacing)
+
+
 def _spiral_support(x: Vector, y: Vector) -> Vector:
     r, angle = np.hypot(x, y), np.arctan2(y, x)
     summit = r == 0
@@ -94,111 +193,6 @@ def _spiral_support(x: Vector, y: Vector) -> Vector:
     height = np.sin(2 * np.pi / r + np.pi / 2 - angle) + r * (r + 1) / (r - 2) - 3 * r + 3.6
     height[summit] = 3.6
     return np.asarray(-height)
-
-
-def ball(nodes: int) -> tuple[Membrane, Vector]:
-    """Return a membrane hung over a ball, and its exact continuous deflection at the nodes.
-
-    Bueler, *PETSc for Partial Differential Equations* (2021), ch. 12: on (-2, 2)² above ψ = √(1 - r²) for
-    r ≤ 0.9, continued by its tangent; u = -A ln r + B outside the contact disk of radius a, and on the frame. Here
-    heights are deflections downwards: f = -ψ, w = -u.
-
-    Parameters
-    ----------
-    nodes : int
-        Nodes along each side, an odd number for one at the summit.
-
-    Returns
-    -------
-    model : Membrane
-    deflection : array, shape (nodes²,)
-
-    Examples
-    --------
-    >>> model, exact = ball(31)
-    >>> round(float(exact.min()), 12)
-    -1.0
-    """
-    nodes = integer_at_least(nodes, 1, "nodes")
-    lattice = Frame.rectangle(4.0, 4.0).lattice(spacing=4 / (nodes + 1))
-    model = Membrane(
-        lattice, tension=1.0, load=0.0, support=_ball_support, frame_height=lambda x, y: -_ball_height(x, y)
-    )
-    return model, -_ball_height(lattice.node_x, lattice.node_y)
-
-
-_BALL_A, _BALL_B, _BALL_RADIUS = 0.680259411891719, 0.471519893402112, 0.697965148223374
-
-
-def _ball_support(x: Vector, y: Vector) -> Vector:
-    r = np.hypot(x, y)
-    edge = 0.9
-    height = math.sqrt(1 - edge**2)
-    tangent = height - edge / height * (r - edge)
-    return -np.where(r <= edge, np.sqrt(np.maximum(1 - r**2, 0.0)), tangent)
-
-
-def _ball_height(x: Vector, y: Vector) -> Vector:
-    r = np.hypot(x, y)
-    outside = -_BALL_A * np.log(np.maximum(r, _BALL_RADIUS)) + _BALL_B
-    return np.where(r <= _BALL_RADIUS, np.sqrt(np.maximum(1 - r**2, 0.0)), outside)
-
-
-def disk_on_floor(spacing: float, contact_radius: float = 0.5) -> tuple[Membrane, Vector]:
-    """Return a membrane over a disk, pressed on a flat floor, and its exact continuous deflection at the nodes.
-
-    T = p = R = 1; the lattice is fitted to the circle. With a the radius of the contact disk
-
-        w = p(R² - r²)/4T + (pa²/2T) ln(r/R)
-
-    outside it, which comes down to the floor f = w(a) with slope zero.
-
-    Parameters
-    ----------
-    spacing : float
-    contact_radius : float
-        a, between 0 and 1.
-
-    Examples
-    --------
-    >>> membrane, exact = disk_on_floor(0.25)
-    >>> round(float(exact.max()), 6)
-    0.100857
-    """
-    spacing = positive_number(spacing, "spacing")
-    lattice = Frame.disk(1.0).lattice(spacing, fitted=True)
-    floor = _on_floor(np.zeros(1), np.zeros(1), contact_radius)[0]
-    membrane = Membrane(lattice, tension=1.0, load=1.0, support=float(floor))
-    return membrane, _on_floor(membrane.node_x, membrane.node_y, contact_radius)
-
-
-def meshed_disk_on_floor(refinements: int, contact_radius: float = 0.5) -> tuple[MeshMembrane, Vector]:
-    """Return the membrane of `disk_on_floor` on a mesh of triangles, and its exact deflection at the nodes.
-
-    Parameters
-    ----------
-    refinements : int
-        How often scikit-fem has halved the edges of its mesh of eight triangles, > 0.
-    contact_radius : float
-        a, between 0 and 1.
-
-    Examples
-    --------
-    >>> membrane, exact = meshed_disk_on_floor(3)
-    >>> membrane
-    MeshMembrane(113 nodes, 256 triangles, 32 fixed points, tension=1, load=1, support=0.1009)
-    """
-    refinements = integer_at_least(refinements, 1, "refinements")
-    floor = _on_floor(np.zeros(1), np.zeros(1), contact_radius)[0]
-    membrane = MeshMembrane(*circle(refinements), tension=1.0, load=1.0, support=float(floor))
-    return membrane, _on_floor(membrane.node_x, membrane.node_y, contact_radius)
-
-
-def _on_floor(x: Vector, y: Vector, contact_radius: float) -> Vector:
-    """Return the deflection at points of a disk of radius, tension and pressure one; in the middle it is the floor."""
-    a = open_interval(contact_radius, 0.0, 1.0, "contact_radius")
-    r = np.maximum(np.hypot(x, y), a)
-    return np.asarray((1 - r * r) / 4 + a * a / 2 * np.log(r))
 
 
 def l_shape_with_hole(spacing: float = 0.1) -> Membrane:
@@ -275,6 +269,33 @@ def orthotropic_ellipse(spacing: float = 0.1, *, fitted: bool = True) -> tuple[M
         frame_height=_ellipse_height if fitted else 0.0,
     )
     return membrane, _ellipse_height(lattice.node_x, lattice.node_y)
+
+
+@entry("ellipse", n=29)
+def _fabric_entry(name: str, nodes: int) -> Known:
+    """Return a fabric over an ellipse, pulled harder along x, free of contact; n nodes along its longer axis."""
+    return _ellipse_known(name, nodes, fitted=True)
+
+
+@entry("ellipse-in-steps", n=29)
+def _stepped_entry(name: str, nodes: int) -> Known:
+    """Return the fabric over an ellipse whose frame follows the lattice in steps: of first order."""
+    return _ellipse_known(name, nodes, fitted=False)
+
+
+def _ellipse_known(name: str, nodes: int, *, fitted: bool) -> Known:
+    spacing = 2 * _ELLIPSE_A / (nodes + 1)
+    model, deflection = orthotropic_ellipse(spacing, fitted=fitted)
+    return Known(
+        name,
+        model,
+        "T_x w_xx + T_y w_yy = -p, solved by a quadratic",
+        spacing,
+        deflection=deflection,
+        reaction=np.zeros(deflection.size),
+        exact=fitted,
+        contact_area=0.0,
+    )
 
 
 _ELLIPSE_A, _ELLIPSE_B, _ELLIPSE_TENSION_X = 1.5, 1.0, 2.0

@@ -7,6 +7,8 @@ import numpy as np
 from ..foundation.checks import Vector, integer_at_least
 from ..geometry.frame import Frame
 from ..models.plate import Plate
+from .catalogue import entry
+from .known import Known
 
 _WAVES = 401
 """Half-waves along a side of the last terms that are summed: what is left out is less than 1e-12 of the deflection."""
@@ -43,3 +45,31 @@ def plate_under_load(nodes: int, tension: float = 0.0) -> tuple[Plate, Vector]:
     amplitude = 16.0 / (wave[:, None] * wave * (kappa**2 + tension * kappa))
     x, y = np.sin(np.outer(lattice.x, wave)), np.sin(np.outer(lattice.y, wave))
     return plate, lattice.gather(y @ amplitude @ x.T)
+
+
+@entry("plate-under-load", n=15)
+def _plate_entry(name: str, nodes: int) -> Known:
+    """Return a simply supported square plate under a uniform load, free of contact: D = p = L = 1."""
+    return _entry(name, nodes, 0.0)
+
+
+@entry("plate-with-tension", n=15)
+def _stretched_entry(name: str, nodes: int) -> Known:
+    """Return a stretched square plate under a uniform load, free of contact: D = p = L = 1, T = 20."""
+    return _entry(name, nodes, 20.0)
+
+
+def _entry(name: str, nodes: int, tension: float) -> Known:
+    plate, deflection = plate_under_load(nodes, tension)
+    source = (
+        "Navier's series: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed. 1959, arts. 28, 91"
+    )
+    return Known(
+        name,
+        plate,
+        source,
+        plate.lattice.spacing,
+        deflection=deflection,
+        reaction=np.zeros(deflection.size),
+        contact_area=0.0,
+    )

@@ -6,8 +6,9 @@ The rigid surface is a surrogate consistent with Table 1, not a reproduction: th
 itself states stands in `contactqp.paper.facts`.
 """
 
+from ..foundation.files import made_folder as prepare_folder
 from .facts import FACTORS, SURROGATE, TABLE_1, fit_cpu_time
-from .folder import prepare_folder, write_folder
+from .folder import write_folder
 from .reproduction import Reproduction, reproduce
 from .scan import Scan, scan
 from .sections import Section, middle_section

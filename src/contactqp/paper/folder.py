@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..foundation.files import made_folder
 from . import latex, table
 from .facts import SURROGATE
 from .sections import middle_section, section_solutions
@@ -33,28 +34,6 @@ CAPTIONS = {
 """What each file of the folder shows; beside each picture there is a PDF of the same name, for print."""
 
 
-def prepare_folder(folder: Path) -> None:
-    """Make a folder if it is missing.
-
-    Raises
-    ------
-    ValueError
-        If there is a file of its name, or no folder to make it in.
-
-    Examples
-    --------
-    >>> prepare_folder(Path("no", "such", "folder"))
-    Traceback (most recent call last):
-    ...
-    ValueError: cannot make the folder no/such/folder: there is no folder no/such
-    """
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"cannot write into {folder}: it is a file, not a folder")
-    if not folder.absolute().parent.is_dir():
-        raise ValueError(f"cannot make the folder {folder}: there is no folder {folder.parent}")
-    folder.mkdir(exist_ok=True)
-
-
 def write_folder(found: Reproduction, folder: Path) -> tuple[Path, ...]:
     """Write table, maps, pictures, sections and their index into a folder, replacing files of the same names.
 
@@ -72,7 +51,7 @@ def write_folder(found: Reproduction, folder: Path) -> tuple[Path, ...]:
     Raises
     ------
     ValueError
-        See `prepare_folder`.
+        See `contactqp.foundation.files.made_folder`.
 
     Examples
     --------
@@ -84,7 +63,7 @@ def write_folder(found: Reproduction, folder: Path) -> tuple[Path, ...]:
     """
     from ..paper import figures
 
-    prepare_folder(folder)
+    made_folder(folder)
     texts = {
         INDEX: index(),
         "table1.txt": table.as_text(found) + "\n",

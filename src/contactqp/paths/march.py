@@ -149,8 +149,9 @@ def march(
     instants = _checked_times(times)
     resistance = _checked_damping(model, damping)
     load_at = _load_in_time(model, load, instants)
-    loads = np.stack([load_at(float(time)) for time in instants])
-    model = reachable(model, (with_load_of(model, row) for row in loads))
+    loads = _loads_at(model, load, load_at, instants)
+    # Where the load stays, one row tells all.
+    model = reachable(model, (with_load_of(model, row) for row in (loads[:1] if load is None else loads)))
     depths = _initial_depths(model, initial)
     first = -depths if model.upwards else depths
     steps = _steps(instants, method)
@@ -265,6 +266,16 @@ def _load_in_time(model: ContactModel, load: Any, times: Vector) -> Callable[[fl
         )
     refuse_non_finite(factors, "load")
     return lambda time: np.asarray(float(np.interp(time, times, factors)) * model.load)
+
+
+def _loads_at(model: ContactModel, load: Any, load_at: Callable[[float], Vector], times: Vector) -> Vector:
+    """Return the load at the nodes at all times, shape (k + 1, n); a load that stays takes no memory for each."""
+    if load is None:
+        return np.broadcast_to(model.load, (times.size, model.size))
+    loads = np.empty((times.size, model.size))
+    for row, time in zip(loads, times, strict=True):
+        row[:] = load_at(float(time))
+    return loads
 
 
 def _initial_depths(model: ContactModel, initial: Any) -> Vector:

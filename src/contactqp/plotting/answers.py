@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 
 from ..foundation.pictures import PLAIN, Wanted
 from ..foundation.text import at_most, counted
-from ..models.on_area import AreaModel
 from ..models.records import subject_of
 from .geometry import figure_of
 from .on_line import ALONG_THE_LINE
 from .section import REACTION
-from .space import membrane_in_space
+from .space import answer_in_space
 from .style import head
 from .views import GAP_AND_REACTION, answer_figure, certificate_figure, draw_into
 
@@ -49,12 +48,9 @@ def plot_in_space(solution: Answered, wanted: Wanted = PLAIN) -> Figure:
     Raises
     ------
     TypeError
-        If the solution is not a membrane's.
+        If the solution is neither a membrane's nor a plate's.
     """
-    subject = subject_of(solution)
-    if not isinstance(subject, AreaModel):
-        raise TypeError(f"a view in space needs a Membrane or a Plate, this solution is of {subject!r}; use plot()")
-    return membrane_in_space(subject, solution, wanted)
+    return answer_in_space(subject_of(solution), solution, wanted)
 
 
 _QUANTITIES = {

@@ -61,7 +61,7 @@ def _draw_states(model: MeshMembrane, axes: Axes, state: NDArray[np.int64], cont
     A triangle whose nodes differ is clear, or undecided if one of them is.
     """
     colours, low, high = colours_by_number()
-    _pseudocolour(axes, model, _states_of_triangles(model, state).astype(float), cmap=colours, vmin=low, vmax=high)
+    _pseudocolour(axes, model, states_of_triangles(model, state).astype(float), cmap=colours, vmin=low, vmax=high)
     size = float(np.clip(3000 / model.size, 0.5, 14))
     for k, colour in STATE_COLOURS.items():
         if k != NodeState.CLEAR:
@@ -195,7 +195,8 @@ def _draw_deflection(axes: Axes, model: MeshMembrane, solution: Answered) -> Non
     tidy(axes)
 
 
-def _states_of_triangles(model: MeshMembrane, state: NDArray[np.int64]) -> NDArray[np.int64]:
+def states_of_triangles(model: MeshMembrane, state: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the state that all nodes of each triangle have; else clear, or undecided if one of them is."""
     everywhere = np.zeros(len(model.positions), dtype=np.int64)
     everywhere[model.free] = state
     corners, fixed = everywhere[model.triangles], np.isin(model.triangles, model.fixed)

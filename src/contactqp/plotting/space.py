@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted, drawn_in_space
+from ..models.base import ContactModel
 from ..models.on_area import AreaModel
 from ..models.records import NodeState
 from .states import STATE_COLOURS, seen
@@ -25,17 +27,32 @@ _FINEST = 90
 
 @drawn_in_space.register(AreaModel)
 def _support_in_space(membrane: AreaModel, wanted: Wanted) -> Figure:
-    axes = _axes(wanted)
+    axes = axes_in_space(wanted)
     _draw_surface(axes, membrane, _laid(membrane, membrane.support), GROUND, 0.85)
     _draw_frame(axes, membrane)
-    _finish(axes, membrane, wanted)
+    finish_in_space(axes, membrane, wanted)
     title = f"{type(membrane).__name__}, {membrane.size} nodes: frame and support"
-    return _titled(axes, wanted, title)
+    return title_in_space(axes, wanted, title)
 
 
-def membrane_in_space(membrane: AreaModel, solution: Answered, wanted: Wanted) -> Figure:
+@singledispatch
+def answer_in_space(model: Any, solution: Answered, wanted: Wanted) -> Figure:
+    """Draw what a model deflects to in space.
+
+    Raises
+    ------
+    TypeError
+        If there is no such picture of the model.
+    """
+    raise TypeError(
+        f"a view in space needs a Membrane, a MeshMembrane or a Plate, this solution is of {model!r}; use plot()"
+    )
+
+
+@answer_in_space.register(AreaModel)
+def _membrane_in_space(membrane: AreaModel, solution: Answered, wanted: Wanted) -> Figure:
     """Draw the deflected membrane between support and ceiling, facets in contact in their own colours."""
-    axes = _axes(wanted)
+    axes = axes_in_space(wanted)
     heights = membrane.padded_deflection(solution.gap)
     joined = membrane.padded_mask() | membrane.frame_points()
     surface = np.where(joined, heights, np.nan)
@@ -55,9 +72,9 @@ def membrane_in_space(membrane: AreaModel, solution: Answered, wanted: Wanted) -
         _cut_off(above, highest + reach if membrane.upwards else highest - reach, not membrane.upwards)
         _draw_surface(axes, membrane, above, GROUND, 0.15)
     _draw_frame(axes, membrane)
-    _finish(axes, membrane, wanted)
+    finish_in_space(axes, membrane, wanted)
     told = f"\nThe support goes on below {plane:.3g}." if cut else ""
-    return _titled(axes, wanted, f"{solution.backend}: deflection over the support, heights not to scale{told}")
+    return title_in_space(axes, wanted, f"{solution.backend}: deflection over the support, heights not to scale{told}")
 
 
 def _cut_off(heights: NDArray[Any], plane: float, upwards: bool) -> bool:
@@ -82,7 +99,8 @@ def _laid(membrane: AreaModel, values: NDArray[Any]) -> NDArray[Any]:
     return np.pad(grid, 1, constant_values=np.nan)
 
 
-def _axes(wanted: Wanted) -> Any:
+def axes_in_space(wanted: Wanted) -> Any:
+    """Return axes in space: those that are wanted, or of a new figure."""
     load_modules("mpl_toolkits.mplot3d.axes3d")
     if wanted.ax is None:
         return new_figure(7.5, 5).add_subplot(projection="3d")
@@ -124,7 +142,8 @@ def _draw_frame(axes: Any, membrane: AreaModel) -> None:
     axes.scatter(*membrane.frame_places, s=3, color=INK, depthshade=False)
 
 
-def _finish(axes: Any, membrane: AreaModel, wanted: Wanted) -> None:
+def finish_in_space(axes: Any, membrane: ContactModel, wanted: Wanted) -> None:
+    """Label the axes, and let heights go the model's way."""
     if not membrane.upwards:
         axes.invert_zaxis()
     axes.set(xlabel=wanted.label("x"), ylabel=wanted.label("y"), zlabel=wanted.label(f"height, {membrane.sense}"))
@@ -132,7 +151,8 @@ def _finish(axes: Any, membrane: AreaModel, wanted: Wanted) -> None:
     tidy_in_space(axes)
 
 
-def _titled(axes: Any, wanted: Wanted, title: str) -> Figure:
+def title_in_space(axes: Any, wanted: Wanted, title: str) -> Figure:
+    """Write the headline that is wanted, or the own one, and return the figure."""
     figure: Figure = axes.get_figure(root=True)
     text = title if wanted.title is None else wanted.title
     if wanted.ax is None:

@@ -1,0 +1,1 @@
+"""The collection: problems with proved answers, as files that other programs read."""

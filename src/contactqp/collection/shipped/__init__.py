@@ -1,0 +1,1 @@
+"""What is written beside the problems as it stands: a reader, and the dedication to the public domain."""

@@ -1,0 +1,1 @@
+"""Studies: how fast discrete answers approach the closed forms of the gallery."""

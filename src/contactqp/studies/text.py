@@ -1,0 +1,51 @@
+"""A study as the table that papers print, eighty columns wide."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .errors import Errors
+
+_WIDTH = 80
+_COLUMNS = {"deflection": ("deflection", 11), "reaction": ("reaction", 10), "contact_area": ("area", 10)}
+_COLUMNS |= {"free_boundary": ("boundary", 10)}
+
+_LEGEND = {
+    "deflection": "largest error (length)",
+    "reaction": "sum of moduli, of the whole",
+    "contact_area": "in contact, of it",
+    "free_boundary": "largest distance from the free boundary (length)",
+}
+
+
+def study_text(study: Errors) -> str:
+    """Return title, source, a line for each spacing, the orders over all of them, and what the columns are."""
+    shown = [name for name in _COLUMNS if any(math.isfinite(getattr(row, name)) for row in study.rows)]
+    orders = {name: (math.nan, *study.orders(name)) for name in shown}
+    lines = [*textwrap.wrap(f"{study.name}: {study.title}", _WIDTH)]
+    lines += [*textwrap.wrap(study.source, _WIDTH), ""]
+    heads = "".join(f"{_COLUMNS[name][0]:>{_COLUMNS[name][1]}} order" for name in shown)
+    lines.append(f"{'n':>5}{'spacing':>9}{heads}")
+    for k, row in enumerate(study.rows):
+        cells = "".join(_error(getattr(row, name), _COLUMNS[name][1]) + _order(orders[name][k]) for name in shown)
+        status = "" if row.status == "certified" else f" {row.status}"
+        lines.append(f"{row.n:>5}{row.spacing:>9.4f}{cells}".rstrip() + status)
+    if study.exact:
+        lines += ["", "The discrete answer is the continuous one: errors are rounding."]
+    else:
+        cells = "".join(" " * _COLUMNS[name][1] + _order(study.order(name)) for name in shown)
+        lines.append(f"{'all':>5}{'':>9}{cells}".rstrip())
+        lines.append("")
+    told = "; ".join(f"{_COLUMNS[name][0]}: {_LEGEND[name]}" for name in shown)
+    return "\n".join(lines + textwrap.wrap(told, _WIDTH))
+
+
+def _error(value: float, width: int) -> str:
+    return f"{value:>{width}.2e}" if math.isfinite(value) else f"{'-':>{width}}"
+
+
+def _order(value: float) -> str:
+    return f"{value:>6.2f}" if math.isfinite(value) else " " * 6
