@@ -49,7 +49,7 @@ nitpick_ignore_regex = [
 autosummary_ignore_module_all = False
 autosummary_filename_map = {  # classes have these names with a capital, which some file systems do not tell apart
     f"contactqp.{name}": f"contactqp.{name}-function"
-    for name in ("events", "benchmark.difference", "jax.contact", "torch.contact")
+    for name in ("events", "study", "benchmark.difference", "jax.contact", "torch.contact")
 }
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
