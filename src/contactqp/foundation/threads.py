@@ -48,9 +48,9 @@ class Team:
 
     def run(self, kernel: Callable[..., Any], strips: list[tuple[int, int]], *arguments: Any) -> list[Any]:
         """Return ``kernel(*arguments, first, last)`` for every strip, of which there may be more than threads."""
-        shares = min(self.threads, len(strips))
-        if shares == 1:
+        if self.threads == 1 or len(strips) == 1:
             return [kernel(*arguments, *strip) for strip in strips]
+        shares = min(self.threads, len(strips))
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self.threads - 1)
         edges = [len(strips) * k // shares for k in range(shares + 1)]

@@ -82,7 +82,7 @@ class Arms:
         south, north = (along, along) if isinstance(along, float) else (along[:-1], along[1:])
         return west, east, south, north
 
-    @property
+    @cached_property
     def kind(self) -> ArmKind:
         """See `lattice_kernels.ArmKind`."""
         if not isinstance(self.across, float):
@@ -122,7 +122,7 @@ class Arms:
         """Stiffness of the arms along rows, along columns and to the ground, as kernels take them."""
         return self.across, self.along, self.ground
 
-    @property
+    @cached_property
     def varying(self) -> bool:
         """Whether the arms differ."""
         return self.kind == "varying"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...foundation.threads import Team
 from ..multigrid import galerkin_kernels
 from .arms import Arms, coarsening
-from .level_kernels import level_kernels, transfer_kernels
+from .level_kernels import LevelKernels, TransferKernels, level_kernels, transfer_kernels
 
 _COARSEST_SWEEPS = 10
 
@@ -55,10 +55,18 @@ class Plan:
 
 
 class Level:
-    """One coarse level: its operator and the vectors of a cycle."""
+    """One coarse level: its operator and the vectors of a cycle.
 
-    def __init__(self, plan: Plan, team: Team) -> None:
-        self.plan = plan
+    Parameters
+    ----------
+    plan : Plan
+    team : Team
+    finer : Plan, optional
+        Of the level above; None for the first one, above which the lattice is.
+    """
+
+    def __init__(self, plan: Plan, team: Team, finer: Plan | None = None) -> None:
+        self.plan, self._finer = plan, finer
         shape = (plan.rows + 2, plan.columns + 2)
         self.factors = plan.row_coarsening, plan.column_coarsening
         self.strips = team.strips(1, plan.rows + 1, plan.columns)
@@ -70,6 +78,17 @@ class Level:
         self.constant = np.zeros(6, dtype=np.float32)
         self.residual, self.correction, self.spare = (np.zeros(shape, dtype=plan.precision) for _ in range(3))
         self.kept, self.image = (np.zeros(shape if plan.weighted else (0, 0)) for _ in range(2))
+
+    @cached_property
+    def kernels(self) -> LevelKernels:
+        """The passes over it; looked up once, as a cycle visits small levels dozens of times."""
+        return level_kernels(self.plan.precision, self.plan.stencil_precision)
+
+    @cached_property
+    def transfers(self) -> TransferKernels:
+        """The passes between the level above and it."""
+        assert self._finer is not None
+        return transfer_kernels(self._finer.precision, self.plan.precision)
 
 
 class Hierarchy:
@@ -89,7 +108,7 @@ class Hierarchy:
         self.free: NDArray[np.uint8] = lattice.layout.zeros(np.uint8)
         self.free[1:-1, 1:-1] = lattice.marks()
         self.changed = np.ones(lattice.rows + 2, dtype=np.uint8)
-        self.levels = [Level(plan, team) for plan in plans(lattice)]
+        self.levels = [Level(plan, team, finer) for finer, plan in pairwise([None, *plans(lattice)]) if plan]
         self._set_up()
 
     def update(self) -> None:
@@ -143,7 +162,7 @@ class Hierarchy:
             self._solve_coarsest(level)
             return
         run, coarse = self.team.run, self.levels[depth + 1]
-        kernels = level_kernels(level.plan.precision, level.plan.stencil_precision)
+        kernels = level.kernels
         run(kernels.smooth_from_zero, level.strips, level.stencil, level.residual, level.correction)
         for full_below in (True, False) if full else (False,):
             self._restrict(level, coarse)
@@ -153,17 +172,15 @@ class Hierarchy:
             level.correction, level.spare = level.spare, level.correction
 
     def _solve_coarsest(self, level: Level) -> None:
-        solve = level_kernels(level.plan.precision, level.plan.stencil_precision).solve_coarsest
-        solve(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
+        level.kernels.solve_coarsest(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
 
     def _restrict(self, level: Level, coarse: Level) -> None:
         state = level.stencil, level.residual, level.correction
-        restrict = transfer_kernels(level.plan.precision, coarse.plan.precision).restrict
-        self.team.run(restrict, coarse.strips, *state, coarse.residual, *coarse.factors)
+        self.team.run(coarse.transfers.restrict, coarse.strips, *state, coarse.residual, *coarse.factors)
 
     def _interpolate(self, level: Level, coarse: Level) -> None:
-        add_interpolated = transfer_kernels(level.plan.precision, coarse.plan.precision).add_interpolated
-        self.team.run(add_interpolated, level.strips, level.correction, coarse.correction, *coarse.factors)
+        vectors = level.correction, coarse.correction
+        self.team.run(coarse.transfers.add_interpolated, level.strips, *vectors, *coarse.factors)
 
     @cached_property
     def points(self) -> float:
