@@ -6,6 +6,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
+import pandas
 import pytest
 from liars import Crash, Glutton, Liar
 from typer.testing import CliRunner
@@ -183,6 +184,8 @@ def test_the_report_is_a_page_of_its_own(measured):
     table = measured.to_frame()
     assert (measured.folder / "records.csv").read_text().count("\n") == len(table) + 1
     assert table.claimed_but_wrong.sum() == 2
+    if (measured.folder / "records.parquet").exists():
+        pandas.testing.assert_frame_equal(pandas.read_parquet(measured.folder / "records.parquet"), table)
 
 
 def test_the_command_prints_a_table_that_fits(tmp_path, monkeypatch):
