@@ -102,6 +102,8 @@ def test_names_that_are_not_known_are_refused(tmp_path):
         benchmark.run(SMALL, tmp_path, families=["bowls"])
     with pytest.raises(ValueError, match="tol must be"):
         benchmark.run(SMALL, tmp_path, levels=["tight"])
+    with pytest.raises(cq.UnknownBackendError, match="'activeset'; did you mean 'active-set'"):
+        benchmark.run(SMALL, tmp_path, backends=["activeset"])
     with pytest.raises(ValueError, match="holds no results"):
         Results.read(tmp_path)
 

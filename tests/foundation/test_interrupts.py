@@ -173,6 +173,24 @@ with ended_by_interrupts():
     assert time.monotonic() - started < 9
 
 
+@posix
+def test_of_an_interrupt_that_a_destructor_swallows_nothing_is_printed():
+    program = """
+import os, signal, time
+from contactqp.foundation.interrupts import ended_by_interrupts
+class Last:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.1)
+with ended_by_interrupts():
+    last = Last()
+    del last
+"""
+    command = [sys.executable, "-c", program]
+    result = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=60, check=False)
+    assert (result.returncode, result.stderr) == (INTERRUPTED, "")
+
+
 def test_a_command_that_nothing_interrupts_ends_as_it_would():
     with pytest.raises(SystemExit) as error, ended_by_interrupts():
         raise SystemExit(2)

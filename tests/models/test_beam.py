@@ -55,23 +55,59 @@ def test_touchdown_and_its_concentrated_reaction(end, factor, share, nodes):
     assert solution.certificate.undecided.sum() == 0
 
 
-def test_a_touchdown_on_few_nodes_and_at_an_end_is_what_they_bear_beyond_the_load():
-    """On one or two nodes nothing tells where a beam begins to rest; at a free end that lies on the ground it does."""
+def test_no_concentrated_reaction_is_told_where_nothing_tells_it_from_the_rest():
+    """A contact of few nodes is all ends, and where a beam ends it does not come down."""
     peak = np.full(9, 1.0)
     peak[4] = 0.2
     beam = cq.Beam(10.0, spacing=1.0, bending_stiffness=5.0, load=0.3, support=peak)
     solution = cq.solve(beam)
     assert solution.contact.nonzero()[0].tolist() == [4]
-    lifted = solution.reaction - beam.problem.q
-    assert beam.spans(solution)["force_at_start"][1] == pytest.approx(lifted[4])
+    spans = beam.spans(solution)
+    assert np.isnan(spans[["force_at_start", "force_at_end"]].to_numpy()).all()
+    assert spans["reaction"][1] == pytest.approx(solution.reaction[4])
     board = cq.Beam(4.0, spacing=0.25, bending_stiffness=0.3, ends=("clamped", "free"), load=1.0, support=0.2)
-    solution = cq.solve(board)
-    spans = board.spans(solution)
+    spans = board.spans(cq.solve(board))
     assert spans["kind"].tolist() == ["free", "contact"]
-    size = spans["nodes"][1]
-    beyond = (solution.reaction - board.problem.q)[-size:]
-    assert spans["force_at_end"][1] == pytest.approx(beyond[(size + 1) // 2 :].sum(), abs=1e-12)
-    assert spans["force_at_start"][1] > beyond[: (size + 1) // 2].sum()
+    assert np.isnan(spans["force_at_end"][1])
+    assert 0 < spans["force_at_start"][1] < spans["reaction"][1]
+
+
+@pytest.mark.parametrize("beside", [np.inf, 0.5])
+def test_a_platform_bears_no_more_than_there_is(beside):
+    """Whatever the ground is beside it, also none, enters no reaction."""
+    x = np.arange(1, 100) / 100
+    beam = cq.Beam(
+        nodes=99, spacing=0.01, bending_stiffness=1.0, load=1.0, support=np.where(np.abs(x - 0.5) < 0.1, 0.002, beside)
+    )
+    spans = beam.spans(cq.solve(beam))
+    assert spans["kind"].tolist() == ["free", "contact", "free"]
+    start, end, whole = spans.loc[1, ["force_at_start", "force_at_end", "reaction"]]
+    assert start == pytest.approx(end)
+    assert 0.2 * whole < start < 0.5 * whole
+
+
+def test_a_ceiling_is_pushed_as_a_floor_is():
+    """Upside down: with a foundation, too, whose force at the ceiling is not that at the floor."""
+    deep = 0.3**4 / 24 * 0.7
+    below = cq.Beam(nodes=199, spacing=1 / 200, bending_stiffness=1.0, load=1.0, support=deep, foundation=1000.0)
+    above = cq.Beam(
+        nodes=199, spacing=1 / 200, bending_stiffness=1.0, load=-1.0, support=10.0, ceiling=-deep, foundation=1000.0
+    )
+    columns = ["reaction", "force_at_start", "force_at_end"]
+    floor, ceiling = (beam.spans(cq.solve(beam)).loc[1, columns].to_numpy(float) for beam in (below, above))
+    np.testing.assert_allclose(ceiling, -floor, rtol=1e-4)
+    assert 0 < 2 * floor[1] < floor[0]
+
+
+def test_between_floor_and_ceiling_both_touchdowns_are_of_second_order():
+    errors = []
+    for half in (50, 100):
+        beam, _ = cq.gallery.beam_between_floor_and_ceiling(half, 3 * half // 10)
+        spans = beam.spans(cq.solve(beam))
+        forces = spans.loc[spans["kind"] == "contact", ["force_at_start", "force_at_end"]].to_numpy()
+        assert (np.sign(forces) == [[1, 1], [-1, -1]]).all()
+        errors.append(np.abs(np.abs(forces) - 0.5 * 0.3).max())
+    assert errors[1] < 0.3 * errors[0] < 3e-3
 
 
 def stretched(x, length, load, tension, rigidity, end):

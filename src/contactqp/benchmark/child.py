@@ -17,6 +17,7 @@ import numpy as np
 
 from ..errors import MissingBackendError, UnsuitableProblemError
 from ..foundation.files import replaced_as_a_whole
+from ..foundation.rounding import quotient_above, quotient_below
 from .families import FAMILIES
 from .record import REFERENCE, Ask, Record
 
@@ -138,7 +139,7 @@ def _error(solution: Solution, truth: Path) -> Mapping[str, float | None]:
         with np.load(truth) as kept:
             enclosed: Vector = kept["lower"]
             low, high = Truth(enclosed, kept["upper"]).error(solution.gap)
-        found |= {"error_lower": low / scale, "error_upper": high / scale}
+        found |= {"error_lower": quotient_below(low, scale), "error_upper": quotient_above(high, scale)}
     return found
 
 

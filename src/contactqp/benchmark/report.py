@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..foundation.files import replaced_as_a_whole
 from ..foundation.html import figure_of, line, page, table
-from ..foundation.text import number
+from ..foundation.text import at_least, number
 from .families import FAMILIES
 from .pictures import plot_growth, plot_profiles
 from .record import Record
@@ -123,7 +123,7 @@ def _wrong(records: Sequence[Record]) -> str:
     if not wrong:
         return told
     headings = [
-        ("solver", False), ("level", False), ("problem", False), ("asked for", True), ("error, at least", True),
+        ("solver", False), ("level", False), ("problem", False), ("judged by", True), ("error, at least", True),
         ("its words", False),
     ]  # fmt: skip
     body = [
@@ -133,7 +133,7 @@ def _wrong(records: Sequence[Record]) -> str:
                 (record.level, False),
                 (record.problem, False),
                 (f"{record.tol:g}", True),
-                (number(record.error_lower), True),
+                (at_least(record.error_lower or 0.0), True),
                 (record.message, False),
             ]
         )

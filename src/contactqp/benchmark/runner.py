@@ -65,10 +65,14 @@ def run(
 
     Raises
     ------
+    UnknownBackendError
+        If there is no backend of a given name.
     ValueError
-        If a name is not known, or the folder holds results of something else.
+        If another name is not known, or the folder holds results of something else.
     """
     chosen = _narrowed(suite_of(suite), levels, families)
+    for backend in () if backends is None or isinstance(backends, str) else backends:
+        get_backend(backend)
     place = Path(folder)
     results = Results.begun(place, chosen, versions_of(_packages()), machine())
     done = {record.key for record in results.records}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ..foundation.text import count, known_number, number, seconds
+from ..foundation.text import at_least, at_most, count, known_number, number, seconds
 from ..problem.contact_problem import ContactProblem
 from .rows import Row
 
@@ -150,5 +150,7 @@ def _true_error(row: Row) -> str:
     """Return the two lengths between which the true error lies; one of them if both are written alike."""
     if row.true_error_lower is None or row.true_error_upper is None:
         return "-"
-    low, high = number(row.true_error_lower), number(row.true_error_upper)
-    return low if low == high else f"{low} to {high}"
+    about = number(row.true_error_lower)
+    if about == number(row.true_error_upper):
+        return about
+    return f"{at_least(row.true_error_lower)} to {at_most(row.true_error_upper)}"

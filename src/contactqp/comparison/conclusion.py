@@ -200,7 +200,7 @@ def _refutation(row: Row, tol: float) -> str:
     said = f"said {row.message!r}"
     if row.relative_bound is None:
         return f"{said}, and returned no finite answer"
-    return f"{said}, and its gap is wrong by at least {at_least(row.least_error)} of the error scale {_asked(tol)}"
+    return f"{said}, and its gap is wrong by at least {at_least(row.least_error)} of the error scale {_judged_by(tol)}"
 
 
 def _doubt(row: Row, tol: float) -> str:
@@ -209,10 +209,12 @@ def _doubt(row: Row, tol: float) -> str:
     if row.relative_true_error is None or not np.isfinite(row.relative_true_error):
         return (
             f"{said}, and nothing is proven of its error; its residual is {row.relative_residual:.2g} of the error "
-            f"scale {_asked(tol)}"
+            f"scale {_judged_by(tol)}"
         )
-    return f"{said}, and its gap is proven to {at_most(row.relative_true_error)} of the error scale only {_asked(tol)}"
+    return (
+        f"{said}, and its gap is proven to {at_most(row.relative_true_error)} of the error scale only {_judged_by(tol)}"
+    )
 
 
-def _asked(tol: float) -> str:
-    return f"(asked for: {tol:g})"
+def _judged_by(tol: float) -> str:
+    return f"(judged by {tol:g})"

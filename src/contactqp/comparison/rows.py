@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..foundation.rounding import quotient_above, quotient_below
 from ..problem.contact_problem import ContactProblem
 from ..proof.status import Status
 from ..solving.solution import Solution
@@ -115,7 +116,7 @@ class Row:
         """What the error is proven to be at least, over the error scale; 0 where nothing is proven."""
         if self.true_error_lower is None or self.error_scale is None:
             return 0.0
-        return self.true_error_lower / self.error_scale
+        return quotient_below(self.true_error_lower, self.error_scale)
 
 
 def records_of(rows: Iterable[Row], problem: ContactProblem) -> list[dict[str, Any]]:
@@ -191,5 +192,5 @@ def _beside_others(backend: str, answers: Answers) -> dict[str, Any]:
         "boundary_distance": answers.boundary_distance(backend, best),
         "true_error_lower": low,
         "true_error_upper": high,
-        "relative_true_error": None if high is None else high / solution.verdict.scale,
+        "relative_true_error": None if high is None else quotient_above(high, solution.verdict.scale),
     }

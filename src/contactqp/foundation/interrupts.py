@@ -19,7 +19,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from types import FrameType
-from typing import NoReturn, Protocol, TypeVar
+from typing import Any, NoReturn, Protocol, TypeVar
 
 T = TypeVar("T")
 
@@ -176,7 +176,7 @@ def ended_by_interrupts() -> Iterator[None]:
     """Run a command whose process Ctrl-C ends within a second, with exit code 130.
 
     What is done inside is interrupted as ever, so that it can clear up; but should the interrupt be swallowed, by a
-    destructor say, or be kept waiting by a library, the process ends all the same.
+    destructor say, or be kept waiting by a library, the process ends all the same. Nothing is printed of a swallowed one.
     """
     interrupted = threading.Event()
 
@@ -188,7 +188,12 @@ def ended_by_interrupts() -> Iterator[None]:
             watch.start()
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGINT, interrupt)
+    def told(unraisable: Any) -> None:
+        if not (interrupted.is_set() and isinstance(unraisable.exc_value, KeyboardInterrupt)):
+            hook(unraisable)
+
+    before, hook = signal.signal(signal.SIGINT, interrupt), sys.unraisablehook
+    sys.unraisablehook = told
     try:
         yield
     except BaseException:
@@ -200,6 +205,7 @@ def ended_by_interrupts() -> Iterator[None]:
             end(INTERRUPTED)
     finally:
         signal.signal(signal.SIGINT, before)
+        sys.unraisablehook = hook
 
 
 def _leave(thread: threading.Thread) -> None:

@@ -42,6 +42,9 @@ _BENT_OVER_MEAN: dict[frozenset[End], float] = {
 }
 """pL⁴/EI over the mean deflection under a uniform load p, by how the ends are held; 0 where nothing else holds it."""
 
+_REACH = 2
+"""Nodes on either side that the stencil of bending reaches."""
+
 _STRETCHED_OVER_MEAN = {0: 0.0, 1: 3.0, 2: 12.0}
 """pL²/T over the mean deflection of a cable, by the number of ends that are held."""
 
@@ -408,38 +411,25 @@ class Beam(LineModel, BendingModel):
         }
 
     def facts_of_span(self, solution: Answered, nodes: slice) -> dict[str, float]:
-        r"""Return the largest bending moment, and the concentrated reactions where a contact stretch begins and ends.
+        r"""Return the largest bending moment, and the concentrated reactions where a contact stretch meets free spans.
 
-        At a node that its neighbours do not lift the reaction is q, what the beam presses with on the spacing about it;
-        what is beyond that, L_i at the distances d_i from the middle of the arm beside the free span, is concentrated
-        at the two nodes next to it. The beam comes down between them, at t from that middle, with F, and rests only
-        from there on, pressing by ρ = q/Δ. Forces and moments are the same if F = ΣL + ρt and Ft - ρt²/2 = ΣLd, so that
-        F² = (ΣL)² + 2ρΣLd; the error is of second order. Where the ground makes ρ vary as much as itself from node to
-        node, and on stretches of one or two nodes, it is ΣL.
+        The stencil of bending reaches over two nodes, so that all but two nodes at each end of a stretch bear what the
+        beam presses with there, ρΔ, as if it lay on the ground throughout. What the two bear beyond that, L₁ and L₂ at
+        the distances Δ/2 and 3Δ/2 from the middle of the arm beside the free span, is concentrated. The beam comes down
+        with F at t from that middle, and rests only from there on, pressing by ρ. Forces and moments are the same if
+        F = L₁ + L₂ + ρt and Ft - ρt²/2 = (L₁ + 3L₂)Δ/2, so that F² = (L₁ + L₂)² + ρΔ(L₁ + 3L₂); on ground on which ρ
+        changes little from node to node the error is of second order. It is nan at the ends of a line, on stretches of
+        fewer than six nodes, which are all ends, and where ρ changes by as much as itself within three nodes.
         """
         moment = self._of_nodes(self.internal_forces(solution.gap).moment)[nodes]
         largest = {"largest_moment": float(moment[np.argmax(np.abs(moment))])}
         if not solution.contact[nodes.start]:
             return largest | {"force_at_start": np.nan, "force_at_end": np.nan}
-        resting = np.asarray(self.problem.q)[nodes]
-        lifted = np.asarray(solution.reaction)[nodes] - resting
-        half = (lifted.size + 1) // 2
-        start, end = (lifted[:half], resting), (lifted[half:][::-1], resting[::-1])
+        reaction = np.asarray(solution.reaction)[nodes]
         return largest | {
-            "force_at_start": self._comes_down(*start) if nodes.start > 0 else float(start[0].sum()),
-            "force_at_end": self._comes_down(*end) if nodes.stop < self.size else float(end[0].sum()),
+            "force_at_start": _comes_down(reaction) if nodes.start > 0 else np.nan,
+            "force_at_end": _comes_down(reaction[::-1]) if nodes.stop < self.size else np.nan,
         }
-
-    def _comes_down(self, lifted: Vector, resting: Vector) -> float:
-        """Return the concentrated reaction beside a free span, see `facts_of_span`; the nodes go away from that."""
-        total, spacing = float(lifted.sum()), self.lattice.spacing
-        pressing = float(resting[0]) / spacing
-        if resting.size < 3 or pressing <= 0 or not np.ptp(resting[:3]) < resting[0]:
-            return total
-        moment = float(lifted @ (spacing * (np.arange(lifted.size) + 0.5)))
-        squared = total**2 + 2 * pressing * moment
-        force = float(np.sqrt(max(squared, 0.0)))
-        return force if 0 <= force - total <= 2 * pressing * spacing else total
 
     def _mean_under(self, load: float) -> float:
         span, kept = self.span, sum(self._held)
@@ -467,3 +457,17 @@ def _with_free_ends(between: Lattice, free: tuple[bool, bool]) -> Lattice:
     x, y = between.origin
     mask = np.ones((1, between.size + sum(free)), dtype=np.bool_)
     return Lattice(mask, between.spacing, (x - between.spacing * free[0], y))
+
+
+def _comes_down(reaction: Vector) -> float:
+    """Return the concentrated reaction beside a free span, see `Beam.facts_of_span`; the nodes go away from that."""
+    if reaction.size < 2 * _REACH + 2:
+        return np.nan
+    side = np.sign(reaction[_REACH])
+    resting = side * reaction[_REACH : min(_REACH + 3, reaction.size - _REACH)]
+    pressing = float(resting[0])
+    if not pressing > 0 or not np.ptp(resting) < pressing:
+        return np.nan
+    first, second = (float(side * one) - pressing for one in reaction[:_REACH])
+    squared = (first + second) ** 2 + pressing * (first + 3 * second)
+    return float(side * np.sqrt(max(squared, 0.0)))

@@ -113,7 +113,8 @@ class LineModel(LatticeModel):
             * undecided: how many nodes of the row the certificate leaves undecided; all if there is no certificate;
             * of a beam largest_moment: the bending moment that is largest in size, with its sign (force times length);
               force_at_start, force_at_end: the concentrated reactions with which it comes down at the ends of a contact
-              stretch, which are parts of its reaction (force); nan for a free span.
+              stretch, which are parts of its reaction (force); nan for a free span, at the ends of the line, and on
+              stretches of fewer than six nodes or on ground so rough that nothing tells them from the rest.
 
         Raises
         ------

@@ -403,7 +403,7 @@ class Solution:
         """
         several = (
             "the solution is not unique: moved along the kernel by up to "
-            f"{self.play:.2g}, the answer meets the same conditions",
+            f"{self.play:.2g}, the answer meets the same conditions, to rounding",
         )
         if self.model is None:
             return several if self.play else ()
