@@ -176,7 +176,8 @@ def ended_by_interrupts() -> Iterator[None]:
     """Run a command whose process Ctrl-C ends within a second, with exit code 130.
 
     What is done inside is interrupted as ever, so that it can clear up; but should the interrupt be swallowed, by a
-    destructor say, or be kept waiting by a library, the process ends all the same. Nothing is printed of a swallowed one.
+    destructor say, or be kept waiting by a library, the process ends all the same. One that is swallowed is not told
+    of.
     """
     interrupted = threading.Event()
 
