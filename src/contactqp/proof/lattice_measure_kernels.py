@@ -17,7 +17,7 @@ from numba import njit, types
 from numba.extending import overload
 
 from ..foundation.rounding import DIFFERENCES, UNDERFLOW, UNIT_ROUNDOFF, gamma
-from ..geometry.arm_kernels import spring_at
+from ..geometry.arm_kernels import softened, with_spring
 from ..geometry.numbering_kernels import GRID, READ_ONLY_VECTOR, RUNS
 from ..geometry.runs import BOUNDED, FIRST, KIND, LAST, NODE, ROW, SUPPORTED
 
@@ -48,9 +48,10 @@ def _reaction(omega, i, j, across, along, ground, force):  # type: ignore[no-unt
     own = omega[i, j]
     west, east = own - omega[i, j - 1], own - omega[i, j + 1]
     south, north = own - omega[i - 1, j], own - omega[i + 1, j]
-    held = spring_at(ground, i - 1, j - 1) * own
-    reaction = ((across * (west + east) + along * (south + north)) + held) + force
-    magnitude = ((across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + abs(held)) + abs(force)
+    pull = across * (west + east) + along * (south + north)
+    size = across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))
+    reaction = with_spring(pull, ground, i - 1, j - 1, own) + force
+    magnitude = with_spring(size, ground, i - 1, j - 1, abs(own)) + abs(force)
     return reaction, _error_of(ground) * magnitude + _UNDERFLOW
 
 
@@ -79,10 +80,8 @@ def _measure(  # type: ignore[no-untyped-def]
             gap, force = omega[i, j], q[node + k]
             reaction, error = _reaction(omega, i, j, across, along, ground, force)
             bounded = bounded and error < np.inf
-            # A spring makes the diagonal larger, and the correction as much smaller.
-            softer = 1.0 + spring_at(ground, i - 1, j - 1) * per_diagonal
             high, low = (error + reaction) * per_s, (error - reaction) * per_s
-            correction = reaction * per_diagonal / softer
+            correction = softened(reaction * per_diagonal, ground, i - 1, j - 1, per_diagonal)
             distance = gap
             if kind == SUPPORTED:
                 clearance = gap / (rows[i] + columns[j])
@@ -131,9 +130,10 @@ def _reaction_at(omega, i, j, own, across, along, ground, force, shift):  # type
     """
     west, east = own - omega[i, j - 1], own - omega[i, j + 1]
     south, north = own - omega[i - 1, j], own - omega[i + 1, j]
-    held = spring_at(ground, i - 1, j - 1) * own
-    reaction = (((across * (west + east) + along * (south + north)) + held) + shift) + force
-    magnitude = (across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))) + abs(held)
+    pull = across * (west + east) + along * (south + north)
+    size = across * (abs(west) + abs(east)) + along * (abs(south) + abs(north))
+    reaction = (with_spring(pull, ground, i - 1, j - 1, own) + shift) + force
+    magnitude = with_spring(size, ground, i - 1, j - 1, abs(own))
     return reaction, _error_of(ground) * (magnitude + abs(shift) + abs(force)) + _UNDERFLOW
 
 
