@@ -135,7 +135,7 @@ def test_failures_count_with_the_time_limit():
 def test_a_profile_by_hand():
     """a is fastest on one of two problems and twice as slow on the other; b proves one alone."""
     records = [record("a", "bowl 7", 1.0), record("a", "bowl 9", 2.0), record("b", "bowl 9", 1.0)]
-    factors, parts = benchmark.profile([*records, record("b", "bowl 7", 1.0, "inaccurate")], "mid", 10.0)
+    factors, parts = benchmark.profile([*records, record("b", "bowl 7", 1.0, "inaccurate")], "mid")
     np.testing.assert_array_equal(factors, [1.0, 2.0])
     np.testing.assert_array_equal(parts["a"], [0.5, 1.0])
     np.testing.assert_array_equal(parts["b"], [0.5, 0.5])

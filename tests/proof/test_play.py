@@ -19,7 +19,10 @@ def test_without_forces_any_constant_between_the_bounds_is_a_solution():
     solution = cq.solve(loose(), on_failure="ignore")
     assert solution.play == pytest.approx(1.0)
     assert solution.status is cq.Status.UNPROVEN
-    told = "the solution is not unique: moved along the kernel by up to 1, the answer meets the same conditions"
+    told = (
+        "the solution is not unique: moved along the kernel by up to 1, the answer meets the same conditions, "
+        "to rounding"
+    )
     assert solution.cautions == (told,)
     assert told in " ".join(repr(solution).split())
     assert "Add a force or a bound that decides which of the solutions is meant." in repr(solution)
@@ -40,6 +43,14 @@ def test_a_wave_that_no_bound_holds_may_be_shifted():
     room = 100.0 - np.abs(gap).max()
     assert play(problem, gap, 1e-9) == pytest.approx(room)
     assert play(problem, gap + room, 1e-9) == pytest.approx(2 * room)
+
+
+def test_a_force_that_rounding_nearly_hides_holds_the_answer():
+    """q presses along the kernel by 2⁻⁴²: the solution (0, 1) is the only one, and certified by active sets."""
+    row = [[1.0, -1.0], [-1.0, 1.0]]
+    problem = cq.ContactQP(row, [1.0, -1.0 + 2.0**-42], lower=0.0, upper=5.0, kernel="constant")
+    assert cq.solve(problem, "active-set").status == "certified"
+    assert play(problem, np.array([0.54, 1.54]), 1e-9) == 0.0
 
 
 @pytest.mark.parametrize("force", [1e-3, -1e-3])

@@ -87,8 +87,8 @@ def answered(ask: Ask, truth: Path) -> dict[str, Any]:
     except Exception as error:  # whatever a library throws is a finding about it
         said = f"{type(error).__name__}: {error}"
         return Record.of(ask, size=size, tol=tol, status="error", message=said).to_dict()
-    first = runs[0]
-    fastest = min(runs, key=lambda run: run.seconds)
+    first = next((run for run in runs if not run.status.ok), runs[0])
+    fastest = min((run for run in runs if run.status is first.status), key=lambda run: run.seconds)
     known = Record.of(
         ask,
         size=size,
@@ -99,7 +99,7 @@ def answered(ask: Ask, truth: Path) -> dict[str, Any]:
         setup_seconds=fastest.setup_seconds,
         solve_seconds=fastest.solve_seconds,
         seconds=fastest.seconds,
-        loading_seconds=first.loading_seconds,
+        loading_seconds=runs[0].loading_seconds,
         iterations=first.iterations,
         peak_memory=_peak_memory(),
         base_memory=base,

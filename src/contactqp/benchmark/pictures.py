@@ -24,14 +24,14 @@ def _look(rank: int) -> dict[str, Any]:
     return {"color": _COLOURS[rank % len(_COLOURS)], "linestyle": _LINES[rank // len(_COLOURS) % len(_LINES)]}
 
 
-def plot_profiles(records: Sequence[Record], limit: float) -> Figure:
+def plot_profiles(records: Sequence[Record]) -> Figure:
     """Return a performance profile for each level."""
     levels = list(dict.fromkeys(record.level for record in records))
     backends = list(dict.fromkeys(record.backend for record in records))
     figure = new_figure(max(7.5, 5.5 * len(levels)), 4.8)
     for place, level in enumerate(levels, start=1):
         axes = figure.add_subplot(1, len(levels), place)
-        factors, parts = profile(records, level, limit)
+        factors, parts = profile(records, level)
         last = max(factors[-1] * 1.2, 2.0)
         for backend, part in parts.items():
             look = _look(backends.index(backend))

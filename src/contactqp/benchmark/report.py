@@ -38,11 +38,11 @@ LIMITATIONS = (
 def write_report(results: Results) -> Path:
     """Write ``report.html``, its pictures and the tables into the folder of the results, and return the page's path."""
     results.write_tables()
-    records, limit = results.records, results.suite.time_limit
+    records = results.records
     path = results.folder / "report.html"
     with replaced_as_a_whole(path) as unfinished:
         unfinished.write_text(report_html(results), encoding="utf-8")
-    for name, picture in zip(_PICTURES, (plot_profiles(records, limit), plot_growth(records)), strict=True):
+    for name, picture in zip(_PICTURES, (plot_profiles(records), plot_growth(records)), strict=True):
         if picture is not None:
             picture.savefig(results.folder / name, dpi=110)
     return path
@@ -143,7 +143,7 @@ def _wrong(records: Sequence[Record]) -> str:
 
 
 def _profiles(results: Results) -> str:
-    picture = plot_profiles(results.records, results.suite.time_limit)
+    picture = plot_profiles(results.records)
     return "<h2>Performance profiles</h2>\n" + figure_of(
         picture,
         "Steps that rise with the factor of time: for each solver the part of the problems that it proves within that "

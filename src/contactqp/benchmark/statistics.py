@@ -16,6 +16,9 @@ SHIFT = 0.1
 _MEASURABLE = 2e-3
 """Seconds below which a time says nothing of growth."""
 
+_SHORTEST = 1e-6
+"""Seconds, as which a time that the clock does not tell from none counts."""
+
 _SIZES = 3
 """Sizes that a growth is fitted to at least."""
 
@@ -129,18 +132,17 @@ def summaries(records: Sequence[Record], limit: float) -> list[Summary]:
     return sorted(found, key=lambda line: (line.level, -line.proven / line.asked, line.mean_seconds))
 
 
-def profile(records: Sequence[Record], level: str, limit: float) -> tuple[Vector, Mapping[str, Vector]]:
+def profile(records: Sequence[Record], level: str) -> tuple[Vector, Mapping[str, Vector]]:
     """Return a performance profile: the part of the problems that each solver proves within τ times the best's time.
 
     Dolan and Moré, *Benchmarking optimization software with performance profiles*, Mathematical Programming 91 (2002).
-    A problem that a solver does not suit counts as not solved by it, as they have it.
+    A problem that a solver does not suit, for which it is missing, or about which it was not asked counts as not
+    solved by it, as they have it.
 
     Parameters
     ----------
     records : sequence of Record
     level : str
-    limit : float
-        The time limit of a solve (s).
 
     Returns
     -------
@@ -155,7 +157,7 @@ def profile(records: Sequence[Record], level: str, limit: float) -> tuple[Vector
     times = np.full((len(backends), len(problems)), np.inf)
     for record in chosen:
         if record.proven and record.seconds is not None:
-            times[backends.index(record.backend), problems.index(record.problem)] = min(record.seconds, limit)
+            times[backends.index(record.backend), problems.index(record.problem)] = max(record.seconds, _SHORTEST)
     best = times.min(axis=0) if times.size else np.empty(0)
     solved = np.isfinite(best)
     ratios = times[:, solved] / best[solved]

@@ -16,6 +16,7 @@ from .._version import __version__
 from ..foundation.checks import integer_at_least
 from ..foundation.files import made_folder, replaced_as_a_whole
 from ..foundation.progress import Progress
+from ..foundation.text import at_most
 from ..gallery.catalogue import entry_of, names
 from .proved import WIDTH, Proved, prove
 
@@ -183,7 +184,7 @@ def _index_row(found: Proved, name: str) -> list[Any]:
     size = found.problem.size
     undecided = size - found.contact - found.clear
     counts = [size, found.problem.G.nnz, found.contact, found.clear, undecided]
-    widths = [repr(found.width), repr(found.scale), f"{found.relative_width:.3e}"]
+    widths = [repr(found.width), repr(found.scale), at_most(found.relative_width, 4)]
     return [name, found.family, found.n, *counts, *widths, found.barrier, found.source]
 
 

@@ -67,7 +67,7 @@ class Known:
         Exact continuous deflection at the nodes, positive as the model's heights; of a bare problem the gap. None where
         no formula is known.
     reaction : array, shape (n,), or None
-        Exact continuous reaction, integrated over what each node stands for (force). It jumps at the free boundary, so
+        Exact continuous reaction at each node, of all that it stands for (force). It jumps at the free boundary, so
         that a discrete one is close to it in the sum of moduli, not node by node.
     exact : bool
         Whether the discrete answer is the continuous one to rounding.

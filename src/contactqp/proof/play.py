@@ -12,19 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Vector
+from ..foundation.rounding import UNIT_ROUNDOFF
 from ..problem.contact_problem import ContactProblem
 
 _FAR = 1000.0
 """Residuals that an answer must be movable by, so that it is not its own error that lets it move."""
 
-_NO_WORK = 1e-12
-"""Part of |q|ᵀ|d| that counts as no work."""
+_ROUNDINGS = 8.0
+"""Roundings of qᵀd, times the root of its terms, that count as no work beside |q|ᵀ|d|."""
 
 
 def play(problem: ContactProblem, gap: Vector, residual: float) -> float:
     """Return how far an answer can be moved along the kernel and still solve the problem as well (length).
 
-    It is 0 where there is no kernel, where contact holds it, and where moving leaves a larger residual.
+    It is 0 where there is no kernel, where contact holds it, and where moving leaves a larger residual. Only the
+    vectors of a basis are tried: where it is 0, combinations of them may still move the answer.
 
     Parameters
     ----------
@@ -55,10 +57,10 @@ def play(problem: ContactProblem, gap: Vector, residual: float) -> float:
         return float(np.abs(bounds.natural_map(at, correction(at))).max())
 
     allowed = max(residual, left_over(gap))
-    best = 0.0
+    best, no_work = 0.0, _ROUNDINGS * np.sqrt(problem.size) * UNIT_ROUNDOFF
     for direction in _free(problem.kernel.vectors, np.abs(correction(gap)) > allowed):
         work, most = float(problem.q @ direction), float(np.abs(problem.q) @ np.abs(direction))
-        if abs(work) > _NO_WORK * most:
+        if abs(work) > no_work * most:
             continue
         for way in (direction, -direction):
             with np.errstate(divide="ignore", invalid="ignore"):
