@@ -80,7 +80,7 @@ class Mprgp(Backend):
         budget = _MAX_ITERATIONS if task.max_iter is None else task.max_iter
         stop, why, done, look, direction = Stop.ITERATION_LIMIT, "iteration limit", 0, task.tol, None
         records: list[tuple[float, float]] = []
-        level, renewals = _ROUNDING, _RENEWALS
+        level, renewals, least, best = _ROUNDING, _RENEWALS, np.inf, None
         while True:
             free, pulled = face.split()
             size = float(np.abs(np.where(free, face.gradient, pulled)).max())
@@ -89,7 +89,10 @@ class Mprgp(Backend):
             rounding = size <= level * max(1.0, float(np.abs(face.x).max()))
             if size <= look or rounding:
                 look, gap = _LOOK_AGAIN * size, ordered.outwards(face.x)
-                if task.accepts(gap) or (rounding and not renewals):
+                bound = task.bound(gap)
+                if bound < least and (rounding or bound <= task.tol):  # a renewed gradient may lead to a worse gap
+                    least, best = bound, gap
+                if bound <= task.tol or (rounding and not renewals):
                     stop, why = Stop.DONE, f"projected gradient {size:.2g}"
                     break
                 if rounding:
@@ -120,7 +123,7 @@ class Mprgp(Backend):
             direction = better - float(better @ image) / float(direction @ image) * direction
         names, columns = ("gradient", "energy"), np.array(records).reshape(-1, 2).T
         return Answer(
-            gap=ordered.outwards(face.x),
+            gap=ordered.outwards(face.x) if best is None else best,
             stop=stop,
             termination=f"{why} after {done} iterations",
             iterations=done,
