@@ -57,7 +57,7 @@ def test_a_solver_that_nobody_finds_is_unknown(name):
     [
         ("qpsolvers:gurobi", r"qpsolvers knows the solver 'gurobi', but .*; type: pip install 'qpsolvers\[gurobi\]'"),
         ("qpsolvers:jaxopt_osqp", r"type: pip install 'qpsolvers\[jaxopt\]'"),
-        ("cvxpy:knitro", r"cvxpy knows the solver 'knitro', but .*; type: pip install 'cvxpy\[knitro\]'"),
+        ("cvxpy:gurobi", r"cvxpy knows the solver 'gurobi', but .*; type: pip install 'cvxpy\[gurobi\]'"),
         ("cvxpy:cplex", "install it as cvxpy tells"),
     ],
 )
