@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..foundation.files import replaced_as_a_whole
 from ..foundation.html import figure_of, line, page, table
@@ -14,6 +15,9 @@ from .pictures import plot_growth, plot_profiles
 from .record import Record
 from .results import Results
 from .statistics import SHIFT, growths, summaries
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _PICTURES = ("profiles.png", "growth.png")
 
@@ -36,20 +40,7 @@ LIMITATIONS = (
 
 
 def write_report(results: Results) -> Path:
-    """Write ``report.html``, its pictures and the tables into the folder of the results, and return the page's path."""
-    results.write_tables()
-    records = results.records
-    path = results.folder / "report.html"
-    with replaced_as_a_whole(path) as unfinished:
-        unfinished.write_text(report_html(results), encoding="utf-8")
-    for name, picture in zip(_PICTURES, (plot_profiles(records), plot_growth(records)), strict=True):
-        if picture is not None:
-            picture.savefig(results.folder / name, dpi=110)
-    return path
-
-
-def report_html(results: Results) -> str:
-    """Return the page as text.
+    """Write ``report.html``, its pictures and the tables into the folder of the results, and return the page's path.
 
     Raises
     ------
@@ -58,19 +49,52 @@ def report_html(results: Results) -> str:
     """
     if not results.records:
         raise ValueError(f"folder {results.folder} holds no records yet")
+    results.write_tables()
+    profiles, growth = plot_profiles(results.records), plot_growth(results.records)
+    path = results.folder / "report.html"
+    with replaced_as_a_whole(path) as unfinished:
+        unfinished.write_text(_page(results, profiles, growth), encoding="utf-8")
+    for name, picture in zip(_PICTURES, (profiles, growth), strict=True):
+        if picture is not None:
+            picture.savefig(results.folder / name, dpi=110)
+    return path
+
+
+def _page(results: Results, profiles: Figure, growth: Figure | None) -> str:
     headline = f"Benchmark of contact solvers: {results.suite.name}"
     sections = [
         _heading(results, headline),
         _summary(results),
         _wrong(results.records),
-        _profiles(results),
-        _growth(results.records),
+        _profiles(profiles),
+        _growth(growth, results.records),
         _failures(results.records),
         _every(results.records),
         "<h2>Limitations</h2>\n<ul>\n" + "".join(f"<li>{escape(text)}</li>\n" for text in LIMITATIONS) + "</ul>\n",
         _made_with(results),
     ]
     return page(headline, sections)
+
+
+class _Column(NamedTuple):
+    """A column of a table: its heading, what stands in a line, and whether that is a number."""
+
+    heading: str
+    text: Callable[[Any], str]
+    numeric: bool = True
+
+
+def _table(caption: str, columns: Sequence[_Column], lines: Iterable[Any]) -> str:
+    """Return a table with a line for each of some records."""
+    body = [line((column.text(one), column.numeric) for column in columns) for one in lines]
+    return table(caption, [(column.heading, column.numeric) for column in columns], body)
+
+
+_SOLVER = _Column("solver", lambda one: one.backend, numeric=False)
+_LEVEL = _Column("level", lambda one: one.level, numeric=False)
+_PROBLEM = _Column("problem", lambda one: one.problem, numeric=False)
+_STATUS = _Column("status", lambda one: one.status, numeric=False)
+_WORDS = _Column("its words", lambda one: one.message, numeric=False)
 
 
 def _heading(results: Results, headline: str) -> str:
@@ -87,33 +111,24 @@ def _heading(results: Results, headline: str) -> str:
 
 
 def _summary(results: Results) -> str:
-    headings = [
-        ("solver", False), ("level", False), ("asked", True), ("proven", True), ("refuted", True), ("unknown", True),
-        ("claimed", True), ("claimed but wrong", True), ("mean seconds", True), ("over the best", True),
-        ("MiB", True),
-    ]  # fmt: skip
-    body = [
-        line(
-            [
-                (one.backend, False),
-                (one.level, False),
-                (str(one.asked), True),
-                (str(one.proven), True),
-                (str(one.refuted), True),
-                (str(one.unknown), True),
-                (str(one.claimed), True),
-                (str(one.claimed_but_wrong), True),
-                (f"{one.mean_seconds:.3g}", True),
-                (f"{one.relative_mean:.2g}", True),
-                (f"{one.peak_memory / 2**20:.0f}", True),
-            ]
-        )
-        for one in summaries(results.records, results.suite.time_limit)
-    ]
+    columns = (
+        _SOLVER,
+        _LEVEL,
+        _Column("asked", lambda one: str(one.asked)),
+        _Column("proven", lambda one: str(one.proven)),
+        _Column("refuted", lambda one: str(one.refuted)),
+        _Column("unknown", lambda one: str(one.unknown)),
+        _Column("claimed", lambda one: str(one.claimed)),
+        _Column("claimed but wrong", lambda one: str(one.claimed_but_wrong)),
+        _Column("mean seconds", lambda one: f"{one.mean_seconds:.3g}"),
+        _Column("over the best", lambda one: f"{one.relative_mean:.2g}"),
+        _Column("MiB", lambda one: f"{one.peak_memory / 2**20:.0f}"),
+    )
     caption = (
         f"Means of seconds are geometric ones, shifted by {SHIFT:g} s; what is not proven counts with the time limit"
     )
-    return "<h2>Solvers</h2>\n" + table(caption, headings, body)
+    lines = summaries(results.records, results.suite.time_limit)
+    return "<h2>Solvers</h2>\n" + _table(caption, columns, lines)
 
 
 def _wrong(records: Sequence[Record]) -> str:
@@ -122,28 +137,18 @@ def _wrong(records: Sequence[Record]) -> str:
     told = f"<h2>Claimed but wrong</h2>\n<p>{len(wrong)} of {claimed} answers that were said to be solved.</p>\n"
     if not wrong:
         return told
-    headings = [
-        ("solver", False), ("level", False), ("problem", False), ("judged by", True), ("error, at least", True),
-        ("its words", False),
-    ]  # fmt: skip
-    body = [
-        line(
-            [
-                (record.backend, False),
-                (record.level, False),
-                (record.problem, False),
-                (f"{record.tol:g}", True),
-                (at_least(record.error_lower or 0.0), True),
-                (record.message, False),
-            ]
-        )
-        for record in wrong
-    ]
-    return told + table("Errors are over the error scale, and proven", headings, body)
+    columns = (
+        _SOLVER,
+        _LEVEL,
+        _PROBLEM,
+        _Column("judged by", lambda one: f"{one.tol:g}"),
+        _Column("error, at least", lambda one: at_least(one.error_lower)),
+        _WORDS,
+    )
+    return told + _table("Errors are over the error scale, and proven", columns, wrong)
 
 
-def _profiles(results: Results) -> str:
-    picture = plot_profiles(results.records)
+def _profiles(picture: Figure) -> str:
     return "<h2>Performance profiles</h2>\n" + figure_of(
         picture,
         "Steps that rise with the factor of time: for each solver the part of the problems that it proves within that "
@@ -154,8 +159,7 @@ def _profiles(results: Results) -> str:
     )
 
 
-def _growth(records: Sequence[Record]) -> str:
-    picture = plot_growth(records)
+def _growth(picture: Figure | None, records: Sequence[Record]) -> str:
     if picture is None:
         return ""
     told = "; ".join(f"{one.family} by {one.backend} ({one.level}): {one.exponent:.2f}" for one in growths(records))
@@ -171,38 +175,26 @@ def _failures(records: Sequence[Record]) -> str:
     failed = [record for record in records if not record.proven]
     if not failed:
         return ""
-    headings = [("solver", False), ("level", False), ("problem", False), ("status", False), ("its words", False)]
-    told = ((one.backend, one.level, one.problem, one.status, one.message) for one in failed)
-    body = [line((text, False) for text in texts) for texts in told]
-    return "<h2>What is not proven</h2>\n" + table("Every answer that is not proven, and why", headings, body)
+    caption = "Every answer that is not proven, and why"
+    return "<h2>What is not proven</h2>\n" + _table(caption, (_SOLVER, _LEVEL, _PROBLEM, _STATUS, _WORDS), failed)
 
 
 def _every(records: Sequence[Record]) -> str:
-    headings = [
-        ("problem", False), ("unknowns", True), ("solver", False), ("level", False), ("status", False),
-        ("iterations", True), ("set-up s", True), ("solve s", True), ("all s", True), ("bound", True),
-        ("true error", True), ("MiB", True),
-    ]  # fmt: skip
-    body = [
-        line(
-            [
-                (one.problem, False),
-                (_or_dash(one.size), True),
-                (one.backend, False),
-                (one.level, False),
-                (one.status, False),
-                (_or_dash(one.iterations), True),
-                (number(one.setup_seconds), True),
-                (number(one.solve_seconds), True),
-                (number(one.seconds), True),
-                (number(one.relative_bound), True),
-                (number(one.error_upper), True),
-                (_or_dash(None if one.peak_memory is None else round(one.peak_memory / 2**20)), True),
-            ]
-        )
-        for one in records
-    ]
-    return "<h2>All answers</h2>\n" + table("Bounds and errors are over the error scale", headings, body)
+    columns = (
+        _PROBLEM,
+        _Column("unknowns", lambda one: _or_dash(one.size)),
+        _SOLVER,
+        _LEVEL,
+        _STATUS,
+        _Column("iterations", lambda one: _or_dash(one.iterations)),
+        _Column("set-up s", lambda one: number(one.setup_seconds)),
+        _Column("solve s", lambda one: number(one.solve_seconds)),
+        _Column("all s", lambda one: number(one.seconds)),
+        _Column("bound", lambda one: number(one.relative_bound)),
+        _Column("true error", lambda one: number(one.error_upper)),
+        _Column("MiB", lambda one: _or_dash(None if one.peak_memory is None else round(one.peak_memory / 2**20))),
+    )
+    return "<h2>All answers</h2>\n" + _table("Bounds and errors are over the error scale", columns, records)
 
 
 def _or_dash(count: int | None) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
@@ -109,10 +110,7 @@ class Results:
     def add(self, record: Record) -> None:
         """Add a record, in the folder too."""
         path = self.folder / _RECORDS
-        whole = not path.exists() or path.stat().st_size == 0 or path.read_bytes().endswith(b"\n")
-        if not whole:
-            kept = path.read_text(encoding="utf-8").rpartition("\n")
-            path.write_text(kept[0] + kept[1], encoding="utf-8")
+        _cut_torn_line(path)
         with path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(record.to_dict()) + "\n")
         self.records.append(record)
@@ -139,3 +137,14 @@ class Results:
         written.append(self.folder / "records.parquet")
         frame.to_parquet(written[1], index=False)
         return written
+
+
+def _cut_torn_line(path: Path) -> None:
+    """Cut off a last line that was not completed, if a file has one."""
+    if not path.exists() or path.stat().st_size == 0:
+        return
+    with path.open("rb+") as file:
+        file.seek(-1, os.SEEK_END)
+        if file.read() != b"\n":
+            file.seek(0)
+            file.truncate(file.read().rfind(b"\n") + 1)

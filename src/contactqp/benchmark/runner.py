@@ -8,7 +8,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -113,7 +113,7 @@ def _narrowed(suite: Suite, levels: Sequence[str] | None, families: Sequence[str
     for name in kept:
         if name not in FAMILIES:
             raise ValueError(f"suite {suite.name!r} has an unknown family {name!r}; known: {', '.join(FAMILIES)}")
-    return Suite(suite.name, kept, tuple(levels or suite.levels), suite.time_limit, suite.memory, suite.repeats)
+    return replace(suite, problems=kept, levels=tuple(levels or suite.levels))
 
 
 def _problems(suite: Suite) -> Iterator[tuple[str, int]]:
