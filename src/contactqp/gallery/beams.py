@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from ..foundation.checks import Vector, integer_at_least, one_of, positive_number
@@ -47,18 +50,27 @@ def beam_on_floor(
 
 
 def _on_floor(nodes: int, touchdown: float, end: End, tension: float) -> tuple[Beam, Vector]:
+    def shape(x: Vector) -> Vector:
+        return _stretched(x, touchdown, end, tension) if tension else _bent(x, touchdown, end)
+
+    return _down_on_floor(nodes, touchdown, end, shape, tension=tension)
+
+
+def _down_on_floor(
+    nodes: int, touchdown: float, end: End, shape: Callable[[Vector], Vector], **held: Any
+) -> tuple[Beam, Vector]:
+    """Return a beam that lies on a floor beyond its free parts, whose shape is given, and its deflection."""
     spacing = 1 / (nodes + 1)
-    distance = _distance_to_end(nodes, spacing)
-    x = np.append(np.minimum(distance, touchdown), touchdown)
-    fallen = _stretched(x, touchdown, end, tension) if tension else _bent(x, touchdown, end)
+    distance = np.minimum(np.arange(1, nodes + 1), nodes - np.arange(nodes)) * spacing
+    fallen = shape(np.append(np.minimum(distance, touchdown), touchdown))
     beam = Beam(
         nodes=nodes,
         spacing=spacing,
         bending_stiffness=1.0,
-        tension=tension,
         load=1.0,
         support=float(fallen[-1]),
         ends=end,
+        **held,
     )
     return beam, fallen[:-1]
 
@@ -112,19 +124,7 @@ def _rate(stiffness: float) -> float:
 
 
 def _on_foundation(nodes: int, touchdown: float, end: End, stiffness: float) -> tuple[Beam, Vector]:
-    spacing = 1 / (nodes + 1)
-    x = np.append(np.minimum(_distance_to_end(nodes, spacing), touchdown), touchdown)
-    fallen = _sunk(x, touchdown, end, stiffness)
-    beam = Beam(
-        nodes=nodes,
-        spacing=spacing,
-        bending_stiffness=1.0,
-        load=1.0,
-        support=float(fallen[-1]),
-        ends=end,
-        foundation=float(stiffness),
-    )
-    return beam, fallen[:-1]
+    return _down_on_floor(nodes, touchdown, end, lambda x: _sunk(x, touchdown, end, stiffness), foundation=stiffness)
 
 
 def beam_between_floor_and_ceiling(half: int, contact_starts_after: int) -> tuple[Beam, Vector]:
@@ -172,10 +172,6 @@ def _nodes_and_touchdown(nodes: int, contact_starts_after: int) -> tuple[int, in
     if 2 * count > nodes + 1:
         raise ValueError(f"contact_starts_after must be <= (nodes + 1)/2 = {(nodes + 1) / 2:g}, got {count}")
     return nodes, count
-
-
-def _distance_to_end(nodes: int, spacing: float) -> Vector:
-    return np.asarray(np.minimum(np.arange(1, nodes + 1), nodes - np.arange(nodes)) * spacing)
 
 
 def _sunk(x: Vector, a: float, end: End, stiffness: float) -> Vector:

@@ -29,7 +29,8 @@ class Quoted:
     ----------
     value : float
     error : float
-        Half a unit of the last digit that was printed, or what else the source says.
+        How far a number may lie from it that agrees: somewhat more than half a unit of the last digit that was printed,
+        or more where the source's solver was less accurate than that.
     source : str
         Author, year, place.
     """
