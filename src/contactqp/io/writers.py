@@ -66,7 +66,7 @@ def write_bare(solution: Answered, path: Path) -> None:
 
     A table has a line for each node, with its number, gap, reaction, the bounds of the gap, whether it touches, and
     with a certificate what is proven. Arrays have the same names, and beside them the problem by the names of
-    `contactqp.read`, which reads it; `contactqp.load_solution` reads both.
+    `contactqp.read`, which reads it; `contactqp.load_solution` reads the solution.
 
     Raises
     ------

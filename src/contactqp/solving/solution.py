@@ -401,12 +401,12 @@ class Solution:
         Heights whose signs look wrong, a lattice wider than its frame, slopes beyond what the theory assumes; and a
         solution that is not the only one.
         """
-        several = (
-            "the solution is not unique: moved along the kernel by up to "
-            f"{self.play:.2g}, the answer meets the same conditions, to rounding",
-        )
         if self.model is None:
-            return several if self.play else ()
+            several = (
+                f"the solution is not unique: moved along the kernel by up to {self.play:.2g}, the answer meets the "
+                "same conditions, to rounding"
+            )
+            return (several,) if self.play else ()
         slope = self.max_slope if self.finite else 0.0
         if slope <= SLOPE_LIMIT:
             return self.model.cautions
