@@ -79,10 +79,17 @@ def versions_of(packages: Iterable[str]) -> dict[str, str]:
 
 
 def machine() -> dict[str, str]:
-    """Return platform, processor and number of processors, as far as the system tells."""
+    """Return platform, processor and number of processors, as far as the system tells.
+
+    Of the platform, its kind: a kernel's release tells whose machine it was rather than why a figure came out.
+    """
     name = _processor()
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    found = {"platform": platform.platform(), "processors": str(available or "unknown"), "byte order": sys.byteorder}
+    found = {
+        "platform": f"{platform.system()} {platform.machine()}",
+        "processors": str(available or "unknown"),
+        "byte order": sys.byteorder,
+    }
     return found | ({"processor": name} if name else {})
 
 
