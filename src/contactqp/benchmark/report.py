@@ -30,8 +30,8 @@ LIMITATIONS = (
     "with tighter tolerances until they are, which costs them time that their own stopping rules would not.",
     "At the level 'default' libraries run once as their authors ship them, and are judged by 1e-6, which they were not "
     "told.",
-    "Times are those of a first call in a fresh process, without loading and compiling, and with the judge's work. A "
-    "warm start or a kept factorisation would change them.",
+    "Times are those of a call that keeps nothing of an earlier one, without loading and compiling, and with the "
+    "judge's work. A warm start or a kept factorisation would change them.",
     "Memory is that of the whole process, beyond what it held before; what a library holds back counts, too.",
     "Not all solvers were asked about all problems: those that are practical at a size only, by their own measured "
     "limits.",
