@@ -122,8 +122,7 @@ class Ranks:
         row = array[:1].size
         counts = [row * (last - first) for first, last in pairwise(edges)]
         places = [row * first for first in edges[:-1]]
-        kind = MPI._typedict[array.dtype.char]
-        self.comm.Allgatherv(MPI.IN_PLACE, [array, counts, places, kind])
+        self.comm.Allgatherv(MPI.IN_PLACE, [array, (counts, places)])
         self._count(counts[self.rank] * array.itemsize)
 
     def _count(self, size: int) -> None:
