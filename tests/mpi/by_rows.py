@@ -32,7 +32,14 @@ def facts(answer):
     """Return what all processes know of an answer."""
     balance = answer.force_balance
     numbers = [answer.gap_bound, answer.scale, *answer.total_reaction, *answer.contact_area, *answer.node_counts]
-    numbers += [balance.load, balance.reaction, balance.frame, balance.ceiling, answer.residuals.objective]
+    numbers += [
+        *answer.energy_bracket,
+        balance.load,
+        balance.reaction,
+        balance.frame,
+        balance.ceiling,
+        answer.residuals.objective,
+    ]
     return {
         "numbers": [float(number).hex() for number in numbers],
         "ended": f"{answer.status.value} {answer.termination}",
@@ -53,6 +60,13 @@ def beside_one_process(answer):
     solution = cq.solve(model, "multigrid", tol=1e-9)
     lower, upper = (bound[nodes] for bound in answer.gap_bounds)
     outside = np.maximum(solution.certificate.lower - upper, lower - solution.certificate.upper).max()
+    energies, known = cq.energy_bracket(model, solution.gap), answer.energy_bracket
+    assert known.lower <= energies.upper
+    assert energies.lower <= known.upper
+    assert known.upper - known.lower < 1e-6 * abs(known.upper)
+    assert max(answer.total_reaction.lower, solution.total_reaction.lower) <= min(
+        answer.total_reaction.upper, solution.total_reaction.upper
+    )
     return {"apart": float(np.abs(answer.gap[nodes] - solution.gap).max()), "outside": max(0.0, float(outside))}
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,11 +37,9 @@ def solve_together(
 
     ranks = Ranks()
     try:
-        return _solved(ranks, case, backend, tol, time_limit, out, plot)
+        with ranks.ended_together():
+            return _solved(ranks, case, backend, tol, time_limit, out, plot)
     except Exception:
-        if not ranks.failed_alike():
-            traceback.print_exc()
-            ranks.comm.Abort(EXIT_NOT_CERTIFIED)
         if ranks.rank == 0:
             raise
         return EXIT_BAD_INPUT

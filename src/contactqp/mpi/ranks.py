@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Callable
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..foundation.interrupts import INTERRUPTED
 from ..foundation.loading import needed
 
 if TYPE_CHECKING:
@@ -83,8 +87,27 @@ class Ranks:
         kind = _KINDS.get(failed[0], RuntimeError)
         raise kind(failed[1])
 
-    def failed_alike(self) -> bool:
-        """Whether all processes have come here, as after an error that all of them have met."""
+    @contextmanager
+    def ended_together(self) -> Iterator[None]:
+        """Do work that all processes take part in, and let none of them wait for one that has left it.
+
+        An error that all meet with is raised in all. After one that a single process meets with, or Ctrl-C, which those
+        cannot hear that wait within MPI, all of them end at once, and the process says why.
+        """
+        try:
+            yield
+        except KeyboardInterrupt:
+            sys.stderr.write("contactqp: interrupted\n")
+            sys.stderr.flush()
+            self.comm.Abort(INTERRUPTED)
+        except Exception:
+            if not self._all_come_here():
+                traceback.print_exc()
+                sys.stderr.flush()
+                self.comm.Abort(1)
+            raise
+
+    def _all_come_here(self) -> bool:
         deadline, here = time.monotonic() + _PATIENCE, self._aside.Ibarrier()
         while not here.Test():
             if time.monotonic() > deadline:
