@@ -75,6 +75,7 @@ benchmarks: $(VENV)/.installed-benchmarks  ## Measure speed and sharpness as doc
 	$(BIN)/python benchmarks/matrices.py
 	$(BIN)/python benchmarks/inverse.py
 	$(BIN)/python benchmarks/refinement.py
+	$(BIN)/python benchmarks/ranks.py
 
 benchmarks-smoke: $(VENV)/.installed-benchmarks  ## Run every benchmark once at a small size, to see that it runs
 	$(BIN)/python benchmarks/facade.py --nodes 15 --repeat 1
@@ -87,6 +88,7 @@ benchmarks-smoke: $(VENV)/.installed-benchmarks  ## Run every benchmark once at 
 	$(BIN)/python benchmarks/matrices.py --repeat 1 --largest 5000
 	$(BIN)/python benchmarks/inverse.py --rows 15 --steps 3
 	$(BIN)/python benchmarks/refinement.py --repeat 1 --squares 64 --targets 0.1
+	$(BIN)/python benchmarks/ranks.py --repeat 1 --nodes 127 --processes 1x1 2x1
 	$(BIN)/python benchmarks/speed.py --repeat 1 --general-qp 15 --linear-amg 63 --own-linear 63 --per-node 63 \
 		--growth 511 --cycles 255 --nested 63 --huge 63
 

@@ -115,6 +115,17 @@ def test_an_error_is_told_once(tmp_path):
     assert errors.count("9 rows of nodes are too few for 2 processes") == 1
 
 
+def test_each_process_alone_by_its_mpi_is_told(tmp_path, monkeypatch):
+    """As where mpiexec belongs to another MPI than mpi4py: each would write the same store."""
+    from contactqp.cli.distributed import processes_started, solve_together
+
+    assert processes_started() == 1
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "4")
+    assert processes_started() == 4
+    with pytest.raises(ValueError, match="4 processes were started, but each is alone by its MPI"):
+        solve_together(tmp_path / "case.toml", "auto", 1e-6, None, None, None)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("signal_number", [signal.SIGKILL, signal.SIGINT])
 def test_what_ends_one_process_ends_all(tmp_path, signal_number):

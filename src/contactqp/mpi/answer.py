@@ -82,6 +82,10 @@ class AnswerByRows:
         Cycles on the finest lattice.
     setup_seconds, seconds : float
         Time until the iteration began, and in all.
+    cycle_seconds : float
+        Time of a cycle on the finest lattice, in the mean.
+    messages, sent : float
+        Messages, and bytes in them, that this process has sent in each cycle on the finest lattice, in the mean.
     """
 
     posed: PosedByRows
@@ -93,6 +97,9 @@ class AnswerByRows:
     iterations: int
     setup_seconds: float
     seconds: float
+    cycle_seconds: float
+    messages: float
+    sent: float
 
     @property
     def membrane(self) -> MembraneByRows:

@@ -7,6 +7,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -36,7 +37,7 @@ class Ranks:
     ----------
     comm : mpi4py.MPI.Comm, optional
         By default all processes that were started together. Messages go over a duplicate of it, so that none is taken
-        for one of the caller's.
+        for one of the caller's; it is made once, and kept with the communicator.
 
     Attributes
     ----------
@@ -55,8 +56,7 @@ class Ranks:
         needed("mpi4py", "working in several processes", INSTALL)
         from mpi4py import MPI
 
-        self.comm: MPI.Comm = (MPI.COMM_WORLD if comm is None else comm).Dup()
-        self._aside = self.comm.Dup()
+        self.comm, self._aside = _duplicates(MPI.COMM_WORLD if comm is None else comm)
         self.rank, self.size = self.comm.Get_rank(), self.comm.Get_size()
         self.messages = self.sent = 0
 
@@ -151,6 +151,23 @@ class Ranks:
     def _count(self, size: int) -> None:
         self.messages += 1
         self.sent += size
+
+
+def _duplicates(comm: MPI.Comm) -> tuple[MPI.Comm, MPI.Comm]:
+    """Return two duplicates of a communicator, the same ones whenever they are asked for: MPI has few to give."""
+    key = _key()
+    known: Any = comm.Get_attr(key)
+    if known is None:
+        known = comm.Dup(), comm.Dup()
+        comm.Set_attr(key, known)
+    return cast("tuple[MPI.Comm, MPI.Comm]", known)
+
+
+@cache
+def _key() -> int:
+    from mpi4py import MPI
+
+    return MPI.Comm.Create_keyval()
 
 
 def _message(rows: NDArray[Any] | None) -> Any:
