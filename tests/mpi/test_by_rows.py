@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from membranes_by_rows import CASES, SIZES
 
 import contactqp as cq
 
@@ -64,22 +65,31 @@ def found(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", ["plain", "masked", "between", "upwards"])
+@pytest.mark.parametrize("case", CASES)
 def test_answers_are_the_same_to_the_bit_for_any_number_of_processes(found, case):
     alone = found[case]["1"]
     assert alone["ended"].startswith("certified")
-    for size in ("2", "3", "5"):
-        told = found[case][size]
+    for size in SIZES[case][1:]:
+        told = found[case][str(size)]
         assert told == {name: alone[name] for name in told}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", ["plain", "masked", "between", "upwards"])
+@pytest.mark.parametrize("case", CASES)
 def test_the_answer_is_that_of_the_multigrid_in_one_process(found, case):
     """But for the last digit of the gap scale, which is summed in another order."""
     apart, outside = found[case]["1"]["apart"], found[case]["1"]["outside"]
     assert apart < 1e-15
     assert outside == 0.0
+
+
+@pytest.mark.slow
+def test_a_trace_goes_on_after_the_stores_that_are_there(found):
+    told = {name: value for part in found["trace"].values() for name, value in part.items()}
+    assert told["resumed"] == [False, False, True, False, False]
+    assert told["same"] == [True, True]
+    assert told["status"] == ["certified"] * 3
+    assert told["areas"] == sorted(told["areas"])
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -257,13 +258,15 @@ class AnswerByRows:
         stencil, datum = self.posed.stencil, self.membrane.frame_depth
         return stencil.pull(stencil.numbering.to_grid(self._below, ring=1, fill=datum))
 
-    def to_zarr(self, path: str | Path) -> Path:
+    def to_zarr(self, path: str | Path, facts: Mapping[str, Any] | None = None) -> Path:
         """Write all fields into one Zarr store; every process writes its rows. All must call it.
 
         Parameters
         ----------
         path : str or Path
-            A folder that all processes reach; one of that name is replaced.
+            A folder that all processes reach; one of that name is replaced as a whole.
+        facts : mapping of str to number or str, optional
+            Further attributes of the store.
 
         Raises
         ------
@@ -272,14 +275,16 @@ class AnswerByRows:
         OSError
             If it cannot be written, in every process.
         """
-        facts = {
+        told = {
             "status": self.status.value,
             "tol": self.tol,
             "gap_error_bound": self.gap_bound,
             "error_scale": self.scale,
             "contactqp_version": __version__,
         }
-        return write_store(Path(path), self.posed.ranks, self.membrane, self.rows, self.fields, facts)
+        return write_store(
+            Path(path), self.posed.ranks, self.membrane, self.rows, self.fields, {**told, **(facts or {})}
+        )
 
     @property
     def fields(self) -> dict[str, Field]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from hashlib import sha256
 
 import numpy as np
 
@@ -220,6 +221,19 @@ class PosedByRows:
     def nodes_of(self, first: int, last: int) -> slice:
         """Return the numbers of the nodes in the rows [first, last) of the arrays."""
         return slice(int(self._rows_of_nodes[first - 1]), int(self._rows_of_nodes[last - 1]))
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Digest of forces and bounds of all nodes, the same for any number of processes."""
+        problem, found = self.problem, []
+        for block in self.part.blocks:
+            at = self.nodes_of(*block)
+            data = sha256(self.lattice.layout.mask[block[0] - 1 : block[1] - 1].tobytes())
+            for values in (problem.q, problem.lower, problem.upper):
+                data.update(np.ascontiguousarray(values[at]).tobytes())
+            found.append(data.hexdigest())
+        told = f"{self.membrane!r} {self.membrane.origin}", *self.part.everyones(found)
+        return sha256("".join(told).encode()).hexdigest()
 
     @property
     def own(self) -> slice:
