@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..foundation.terminal import table_console
+from ..foundation.text import counted
 from .application import EXIT_NOT_CERTIFIED, EXIT_OK, app
 
 _SHOWN = 20
@@ -86,7 +87,8 @@ def diff(
     from ..benchmark import Results, difference
 
     found = difference(Results.read(first), Results.read(second))
-    typer.echo(f"{found.common} answers in both; the second run takes {found.factor:.2f} x the first's time (mean)")
+    common = counted(found.common, "answer")
+    typer.echo(f"{common} in both; the second run takes {found.factor:.2f} x the first's time (mean)")
     for change in found.changes[:_SHOWN]:
         typer.echo(f"{'worse: ' if change.worse else ''}{change}")
     if len(found.changes) > _SHOWN:

@@ -37,7 +37,7 @@ def study_figure(study: Errors) -> Figure:
         order = study.order(quantity)
         told = f"{label}, order {order:.2f}" if math.isfinite(order) else label
         axes.loglog(spacing[seen], error[seen], style, color=colour, markersize=5, label=told)
-    if not study.exact:
+    if any(math.isfinite(study.order(quantity)) for quantity in _LINES):
         for power in (1, 2):
             _slope(axes, spacing, power)
     axes.set_xticks(spacing, [f"{value:.3g}" for value in spacing])
