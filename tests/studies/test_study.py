@@ -87,7 +87,7 @@ def test_exact_answers_have_rounding_for_errors():
     assert study.exact
     assert max(found.deflection for found in study.rows) < 1e-12
     text = " ".join(str(study).split())
-    assert "errors of deflection and reaction are rounding. Where contact ends between nodes no discrete" in text
+    assert "errors of deflection and reaction are rounding. Where contact ends between two nodes no discrete" in text
     assert "exact to rounding at the nodes, orders: contact area 1.00, free boundary 1.00" in repr(study)
     assert math.isnan(study.order("deflection"))
     assert study.order("contact_area") == pytest.approx(1.0)
