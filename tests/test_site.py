@@ -78,8 +78,10 @@ def test_every_picture_is_there_and_says_what_it_shows(pages):
             assert picture["src"].startswith("data:") or (page.parent / picture["src"]).exists(), picture["src"]
 
 
-def open_page(browser, name):
-    address = (SITE / f"{name}.html").as_uri()
+def open_page(browser, name, query=""):
+    """Open a page, once the one before is there: what is asked amid a change of pages is not answered."""
+    browser.wait("location.protocol === 'file:' && document.readyState === 'complete'")
+    address = f"{(SITE / f'{name}.html').as_uri()}{query}"
     browser.ask(f"location.href = {address!r}")
     browser.wait(f"location.href === {address!r} && document.readyState === 'complete'")
 
@@ -112,9 +114,8 @@ SEARCHED = "Search._performSearch(...Search._parseQuery({!r})).slice(-5).map(([n
 @in_a_browser
 def test_each_recipe_is_found_by_search():
     with Page(SITE / "search.html") as browser:
-        address = f"{(SITE / 'search.html').as_uri()}?q=pipeline"
-        browser.ask(f"location.href = {address!r}")
-        browser.wait(f"location.href === {address!r} && {DONE}")
+        open_page(browser, "search", "?q=pipeline")
+        browser.wait(DONE)
         shown = [link.partition(".html")[0] for link in browser.ask(FOUND)[:5]]
         assert shown == browser.ask(SEARCHED.format("pipeline"))[::-1]
         missed = {
@@ -140,7 +141,7 @@ def test_pages_are_as_wide_as_a_phone():
 def test_there_is_a_dark_mode():
     with Page(SITE / "index.html") as browser:
         background = "getComputedStyle(document.body).backgroundColor"
-        browser.wait("document.readyState === 'complete'")
+        browser.wait("location.protocol === 'file:' && document.readyState === 'complete'")
         browser.ask("document.documentElement.dataset.theme = 'light'")
         light = browser.ask(background)
         browser.ask("document.documentElement.dataset.theme = 'dark'")

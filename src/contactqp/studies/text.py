@@ -54,7 +54,9 @@ def _exactness(study: Errors, shown: list[str]) -> str:
     at_nodes = " and ".join(_COLUMNS[name][0] for name in shown if name in AT_NODES)
     told = f"At the nodes{where} the discrete answer is the continuous one: errors of {at_nodes} are rounding."
     between = " and ".join(_COLUMNS[name][0] for name in shown if name not in AT_NODES)
-    return f"{told} Where contact ends between two nodes no discrete answer tells; hence {between}." if between else told
+    return (
+        f"{told} Where contact ends between two nodes no discrete answer tells; hence {between}." if between else told
+    )
 
 
 def _error(value: float, width: int) -> str:
