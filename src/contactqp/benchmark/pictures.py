@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..foundation.checks import Vector
 from ..plotting.style import INK, new_figure
 from .record import Record
-from .statistics import Growth, growths, profile
+from .specs import Timing
+from .statistics import Growth, exponent, growths, profile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,11 +79,42 @@ def plot_growth(records: Sequence[Record]) -> Figure | None:
     return figure
 
 
+def plot_timings(timings: Sequence[Timing], title: str, sizes: str) -> Figure | None:
+    """Return time against size for each phase of a spec; None without a time at a size.
+
+    Parameters
+    ----------
+    timings : sequence of Timing
+    title : str
+    sizes : str
+        What the sizes are.
+    """
+    known = [timing for timing in timings if timing.timed and math.isfinite(timing.size)]
+    if not known:
+        return None
+    figure = new_figure(7.5, 4.8)
+    axes = figure.add_subplot()
+    for rank, phase in enumerate(dict.fromkeys(timing.phase for timing in known)):
+        own = [timing for timing in known if timing.phase == phase]
+        size, seconds = (np.array([getattr(timing, what) for timing in own]) for what in ("size", "seconds"))
+        _draw_line(axes, size, seconds, exponent(size, seconds), phase, rank)
+    axes.set(xscale="log", yscale="log", xlabel=sizes, ylabel="seconds", title=title)
+    axes.grid(color="#dfe7ec")
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside right upper", frameon=False, fontsize="small")
+    return figure
+
+
 def _draw_growth(axes: Axes, growth: Growth, names: Sequence[str]) -> None:
-    """Draw one solver's times, with the exponent at their end."""
+    """Draw one solver's times."""
     name = f"{growth.backend}, {growth.level}"
-    order = np.argsort(growth.sizes)
-    sizes, seconds = growth.sizes[order], growth.seconds[order]
-    axes.plot(sizes, seconds, marker="o", ms=4, lw=1.5, label=name, **_look(names.index(name)))
-    end, told = (float(sizes[-1]), float(seconds[-1])), f"{growth.exponent:.1f}"
-    axes.annotate(told, end, xytext=(4, -3), textcoords="offset points", fontsize="x-small", color=INK)
+    _draw_line(axes, growth.sizes, growth.seconds, growth.exponent, name, names.index(name))
+
+
+def _draw_line(axes: Axes, sizes: Vector, seconds: Vector, power: float | None, label: str, rank: int) -> None:
+    """Draw times against sizes, with the exponent at their end."""
+    order = np.argsort(sizes)
+    sizes, seconds = sizes[order], seconds[order]
+    axes.plot(sizes, seconds, marker="o", ms=4, lw=1.5, label=label, **_look(rank))
+    if power is not None:
+        end = (float(sizes[-1]), float(seconds[-1]))
+        axes.annotate(f"{power:.1f}", end, xytext=(4, -3), textcoords="offset points", fontsize="x-small", color=INK)
