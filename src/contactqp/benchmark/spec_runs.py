@@ -151,15 +151,10 @@ class _Table:
 
     def head(self) -> list[str]:
         """Return what stands above the table."""
-        cells = [
-            f"{'point':>{self.points}}",
-            *([f"{'size':>{_SIZE}}"] if self.sized else []),
-            f"{'phase':{self.names}}",
-        ]
-        cells += [f"{'seconds':>{_SECONDS}}", f"{'ratio':>{_RATIO}}"]
-        cells += [f"{'µs each':>{_EACH}}"] if self.sized else []
+        heading = self._start("point", "size", "phase") + f" {'seconds':>{_SECONDS}} {'ratio':>{_RATIO}}"
+        heading += f" {'µs each':>{_EACH}}" if self.sized else ""
         title = f"{self.spec.name}: {self.spec.summary} (point: {self.spec.point})"
-        return ["", *textwrap.wrap(title, WIDTH, subsequent_indent=" " * _INDENT), " ".join(cells)]
+        return ["", *textwrap.wrap(title, WIDTH, subsequent_indent=" " * _INDENT), heading]
 
     def lines(self, timings: Sequence[Timing]) -> list[str]:
         """Return the lines of a point."""
@@ -190,18 +185,17 @@ class _Table:
             if own
         ]
 
+    def _start(self, point: str, size: str, phase: str) -> str:
+        return f"{point:>{self.points}} " + (f"{size:>{_SIZE}} " if self.sized else "") + f"{phase:{self.names}}"
+
     def _lines(self, timing: Timing, *, first: bool) -> list[str]:
         point = str(timing.point) if first else ""
         size = f"{timing.size:.0f}" if first and math.isfinite(timing.size) else ""
-        cells = [
-            f"{point:>{self.points}}",
-            *([f"{size:>{_SIZE}}"] if self.sized else []),
-            f"{timing.phase:{self.names}}",
-        ]
+        line = self._start(point, size, timing.phase)
         if timing.timed:
-            cells += [f"{seconds_of(timing.seconds):>{_SECONDS}}", f"{_finite(timing.ratio):>{_RATIO}}"]
-            cells += [f"{1e6 * timing.seconds / timing.size:{_EACH}.3g}"] if self.sized else []
-        line, told = " ".join(cells), timing.words or told_facts(timing.facts)
+            line += f" {seconds_of(timing.seconds):>{_SECONDS}} {_finite(timing.ratio):>{_RATIO}}"
+            line += f" {1e6 * timing.seconds / timing.size:{_EACH}.3g}" if self.sized else ""
+        told = timing.words or told_facts(timing.facts)
         if len(line) + 2 + len(told) <= WIDTH:
             return [f"{line}  {told}".rstrip()]
         return [line.rstrip(), *textwrap.wrap(told, WIDTH, initial_indent=" " * _POINT, subsequent_indent=" " * _POINT)]
