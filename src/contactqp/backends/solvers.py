@@ -188,7 +188,7 @@ SOLVERS: Mapping[str, Facts] = {
         greets="highspy:Highs",
         quick=1000,
         through={
-            "qpsolvers": Through(1000, 1e-13, counted=False),
+            "qpsolvers": Through(1000, 1e-13, counted=False, also=("verbose",)),
             "cvxpy": Through(1000, 1e-13, counted=False, also=("highs_options",)),
         },
     ),
