@@ -113,7 +113,8 @@ def test_every_family_is_solved_and_touches_its_support(name):
     number = {"hexagon": 3, "dense": 20, "beam": 40, "scattered": 300}.get(name, 15)
     solution = cq.solve(benchmark.FAMILIES[name].make(number), tol=1e-9)
     assert solution.status == "certified"
-    assert 0 < solution.contact.sum() < solution.problem.size
+    assert solution.contact.sum() < solution.problem.size
+    assert solution.contact.any() == (name != "biactive-half")  # whose lattice is lifted off by its differences
 
 
 def test_the_suites_name_families_that_exist():

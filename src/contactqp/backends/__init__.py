@@ -237,9 +237,9 @@ def check_suitable(backend: Backend, problem: ContactProblem) -> None:
 def choose_backend(problem: ContactProblem) -> tuple[str, str]:
     """Return the name of the backend that ``"auto"`` stands for, and the reason for the choice.
 
-    Measured on two cores (``benchmarks/speed.py``): up to some thousand unknowns active sets need no compiled kernels
-    and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other matrices active
-    sets are the fastest at any size (``benchmarks/matrices.py``).
+    Measured on two cores (``benchmarks/backends.py``): up to some thousand unknowns active sets need no compiled
+    kernels and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other matrices
+    active sets are the fastest at any size (``benchmarks/matrices.py``).
     """
     if problem.kernel is not None:
         return "active-set", f"auto: a {problem.facts.kind}, which contact must hold"

@@ -2,7 +2,7 @@
 
 Where a solver has settings of its own for a tolerance, a limit of iterations or of time, the row names them, so that
 ``tol``, ``max_iter`` and ``time_limit`` mean the same for all. Sizes and tolerances were measured on two cores by
-``benchmarks/solvers.py``; the licences are those that the solvers' own distributions declare.
+``benchmarks/backends.py``; the licences are those that the solvers' own distributions declare.
 """
 
 from __future__ import annotations
