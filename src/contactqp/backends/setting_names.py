@@ -12,6 +12,7 @@ from typing import Any
 from ..foundation.checks import nearest
 from ..foundation.loading import loaded
 from ..foundation.quiet import output_discarded, warnings_ignored
+from ..foundation.text import shortened
 from .solvers import Facts
 
 
@@ -33,7 +34,7 @@ def check_setting_names(backend: str, facts: Facts, through: str, given: Iterabl
     >>> check_setting_names("qpsolvers:cvxopt", facts_of("cvxopt", "qpsolvers"), "qpsolvers", ["maxiter"])
     Traceback (most recent call last):
     ...
-    TypeError: backend 'qpsolvers:cvxopt' has no setting 'maxiter'; did you mean 'maxiters'? It has abstol, ...
+    TypeError: backend 'qpsolvers:cvxopt' has no setting 'maxiter'; did you mean 'maxiters'?
     """
     told = _attributes(facts.settings_at) if facts.settings_at else frozenset[str]()
     if not (told or (facts.setting_names and not facts.settings_at)):
@@ -43,8 +44,8 @@ def check_setting_names(backend: str, facts: Facts, through: str, given: Iterabl
     known = sorted(names | own - {""})
     for name in given:
         if name not in known:
-            meant = nearest(name, known) or "."
-            raise TypeError(f"backend {backend!r} has no setting {name!r}{meant} It has {', '.join(known)}")
+            meant = nearest(name, known) or f"; it has {shortened(', '.join(known), 400)}"
+            raise TypeError(f"backend {backend!r} has no setting {name!r}{meant}")
 
 
 @cache

@@ -135,7 +135,8 @@ def solve(
     if solution.certificate is not None:
         _echo_facts(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
         if model.node_area is not None:
-            _echo_facts(f"  contact     {_told(solution.contact_area)} ({_AREAS[model.units['load']]})")
+            area = f"{_AREAS[model.units['load']]} that its nodes stand for"
+            _echo_facts(f"  contact     {_told(solution.contact_area)} ({area})")
     if out is not None:
         write_solution(solution, model, out)
         typer.echo(f"fields: {out}")
