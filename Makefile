@@ -110,5 +110,5 @@ $(MINIMUMS)/.installed: $(VENV)/.installed-dev pyproject.toml Makefile
 
 clean:  ## Remove what the other targets made
 	rm -rf .venv .venv-* build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis hexagon.png
-	rm -rf docs/notebooks docs/api/generated docs/pictures docs/_extra
+	rm -rf docs/notebooks docs/api/generated docs/pictures docs/_extra docs/_unreleased.md
 	find src tests -name __pycache__ -prune -exec rm -rf {} +

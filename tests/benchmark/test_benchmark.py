@@ -205,3 +205,7 @@ def test_the_command_prints_a_table_that_fits(tmp_path, monkeypatch):
     assert "1 of 1" in told.output
     assert max(map(len, told.output.split("report:")[0].splitlines())) <= 80
     assert (tmp_path / "new" / "report.html").exists()
+
+
+def test_a_suite_tells_how_many_problems_it_has():
+    assert str(replace(SMALL, problems={"cable": (9,)})).split(",")[0] == "small: 1 problem of 1 family"

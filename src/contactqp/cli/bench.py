@@ -12,6 +12,7 @@ from rich.text import Text
 
 from ..errors import ContactWarning
 from ..foundation.terminal import table_console
+from ..foundation.text import counted
 from .application import EXIT_NOT_CERTIFIED, EXIT_OK, app
 
 _SHOWN = 20
@@ -88,7 +89,8 @@ def diff(
     from ..benchmark import Results, difference
 
     found = difference(Results.read(first), Results.read(second))
-    typer.echo(f"{found.common} answers in both; the second run takes {found.factor:.2f} x the first's time (mean)")
+    common = counted(found.common, "answer")
+    typer.echo(f"{common} in both; the second run takes {found.factor:.2f} x the first's time (mean)")
     for change in found.changes[:_SHOWN]:
         typer.echo(f"{'worse: ' if change.worse else ''}{change}")
     if len(found.changes) > _SHOWN:
