@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from pages import run
+from searches import SEARCHES
 from strategies import BACKENDS
 from test_readme import ROOT
 
@@ -149,3 +150,12 @@ def told(facts, package):
     return (
         "–" if through is None or through.reachable_tol is None else f"{through.reachable_tol:.0e}".replace("e-0", "e-")
     )
+
+
+def test_every_recipe_is_searched_for_in_the_words_of_newcomers():
+    recipes = {page.stem: page.read_text(encoding="utf-8") for page in (DOCS / "howto").glob("*.md")}
+    del recipes["index"]
+    assert set(SEARCHES) == set(recipes)
+    for recipe, text in recipes.items():
+        title = re.findall(r"\w+", re.search(r"^# (.*)", text, flags=re.MULTILINE)[1].lower())
+        assert any(not set(re.findall(r"\w+", words.lower())) <= set(title) for words in SEARCHES[recipe]), recipe
