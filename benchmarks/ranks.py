@@ -71,7 +71,10 @@ SPECS = (
         "one square by processes and threads",
         int,
         (2047,),
-        {f"{processes}x{threads}": phase(processes, threads) for processes, threads in ((1, 1), (1, 2), (2, 1), (4, 1))},
+        {
+            f"{processes}x{threads}": phase(processes, threads)
+            for processes, threads in ((1, 1), (1, 2), (2, 1), (4, 1))
+        },
         smoke=127,
     ),
     Spec(

@@ -149,8 +149,9 @@ class Ranks:
         self._count(counts[self.rank] * array.itemsize)
 
     def _count(self, size: int) -> None:
-        self.messages += 1
-        self.sent += size
+        if self.size > 1:
+            self.messages += 1
+            self.sent += size
 
 
 def _duplicates(comm: MPI.Comm) -> tuple[MPI.Comm, MPI.Comm]:
