@@ -6,10 +6,12 @@ from pathlib import Path
 
 import pytest
 from pages import run
+from searches import SEARCHES
 from strategies import BACKENDS
 from test_readme import ROOT
 
 import contactqp as cq
+from contactqp import benchmark
 from contactqp.backends import BY_NAME, get_backend
 from contactqp.backends.solvers import SOLVERS
 
@@ -132,8 +134,28 @@ def test_every_solver_that_others_call_is_in_its_table():
         assert row == f"| `{name}` | {facts.method} | {matrix} | {facts.licence} | {reached} | {largest} |"
 
 
+def test_the_table_of_the_standard_suite_is_that_of_its_records():
+    results = benchmark.Results.read(Path(ROOT) / "benchmarks" / "results" / "standard")
+    rows = {
+        f"| `{one.backend}` | {one.level} | {one.proven} of {one.asked} | {one.claimed_but_wrong} of {one.claimed} "
+        f"| {one.mean_seconds:.3g} | {one.relative_mean:.2g} |"
+        for one in benchmark.summaries(results.records, results.suite.time_limit)
+    }
+    page = (DOCS / "benchmarks.md").read_text(encoding="utf-8")
+    assert rows == {line for line in page.splitlines() if re.match(r"\| `\S+` \| (mid|default) \|", line)}
+
+
 def told(facts, package):
     through = facts.through.get(package)
     return (
         "–" if through is None or through.reachable_tol is None else f"{through.reachable_tol:.0e}".replace("e-0", "e-")
     )
+
+
+def test_every_recipe_is_searched_for_in_the_words_of_newcomers():
+    recipes = {page.stem: page.read_text(encoding="utf-8") for page in (DOCS / "howto").glob("*.md")}
+    del recipes["index"]
+    assert set(SEARCHES) == set(recipes)
+    for recipe, text in recipes.items():
+        title = re.findall(r"\w+", re.search(r"^# (.*)", text, flags=re.MULTILINE)[1].lower())
+        assert any(not set(re.findall(r"\w+", words.lower())) <= set(title) for words in SEARCHES[recipe]), recipe

@@ -18,7 +18,8 @@ import contactqp as cq
 from contactqp import backends
 from contactqp.backends import base, families
 from contactqp.backends.base import Need
-from contactqp.backends.solvers import SOLVERS
+from contactqp.backends.setting_names import check_setting_names
+from contactqp.backends.solvers import SOLVERS, facts_of
 from contactqp.testing import check_backend
 
 HEXAGON = cq.gallery.paper_hexagon()
@@ -388,3 +389,19 @@ def test_two_threads_may_call_different_packages_at_once():
     for thread in threads:
         thread.join()
     assert answers == dict.fromkeys(("qpsolvers:piqp", "cvxpy:clarabel"), cq.Status.CERTIFIED)
+
+
+@pytest.mark.parametrize("name", INSTALLED)
+def test_a_misspelt_setting_is_refused_before_anything_is_solved(name, monkeypatch):
+    monkeypatch.setattr(families.MemberState, "set_up", lambda *_: pytest.fail("it was set up"))
+    facts = SOLVERS[name.split(":")[1]]
+    one = (facts.iterations, *facts.tolerances, *facts.setting_names)
+    meant = next(filter(None, one))
+    with pytest.raises(TypeError, match=rf"backend '{name}' has no setting '{meant}s'; did you mean '{meant}"):
+        cq.solve(BOWL, name, settings={f"{meant}s": 1})
+
+
+def test_a_solver_whose_settings_are_not_known_is_told_all_of_them():
+    check_setting_names("qpsolvers:toy", facts_of("toy", "qpsolvers"), "qpsolvers", ["anything"])
+    elsewhere = replace(SOLVERS["piqp"], settings_at="piqp:NoSuchThing()")
+    check_setting_names("qpsolvers:piqp", elsewhere, "qpsolvers", ["anything"])

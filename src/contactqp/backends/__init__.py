@@ -134,8 +134,9 @@ def get_backend(backend: str | Backend) -> Backend:
         return _loaded(backend, _outsiders()[backend])
     if family is None:
         known = ["auto", *backend_names(), *BY_NAME]
-        members = [key + backend for key in _families() if backend in _realised(TABLE[key]).listed()]
-        meant = f"; did you mean {members[0]!r}?" if members else nearest(backend, known)
+        members = [key + solver for key in _families() for solver in _realised(TABLE[key]).listed()]
+        same = next((member for member in members if member.endswith(f":{backend}")), None)
+        meant = f"; did you mean {same!r}?" if same else nearest(backend, [*known, *members])
     else:
         known = [family + solver for solver in _realised(TABLE[family]).names()]
         meant = nearest(backend, known)
@@ -255,9 +256,9 @@ def check_suitable(backend: Backend, problem: ContactProblem) -> None:
 def choose_backend(problem: ContactProblem) -> tuple[str, str]:
     """Return the name of the backend that ``"auto"`` stands for, and the reason for the choice.
 
-    Measured on two cores (``benchmarks/speed.py``): up to some thousand unknowns active sets need no compiled kernels
-    and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other matrices active
-    sets are the fastest at any size (``benchmarks/matrices.py``).
+    Measured on two cores (``benchmarks/backends.py``): up to some thousand unknowns active sets need no compiled
+    kernels and are exact in milliseconds; on a lattice multigrid takes the time of a linear solve; for other matrices
+    active sets are the fastest at any size (``benchmarks/matrices.py``).
     """
     if problem.kernel is not None:
         return "active-set", f"auto: a {problem.facts.kind}, which contact must hold"
@@ -265,7 +266,8 @@ def choose_backend(problem: ContactProblem) -> tuple[str, str]:
         # It is one, but for rounding, as it has passed for positive definite.
         return "active-set", f"auto: G is too ill-conditioned to be proven an M-matrix, {problem.told_condition}"
     if problem.size <= DIRECT_SIZE:
-        return "active-set", f"auto: {problem.size} unknowns are few"
+        few = "unknown is" if problem.size == 1 else "unknowns are"
+        return "active-set", f"auto: {problem.size} {few} few"
     if problem.stencil is not None:
         return "multigrid", f"auto: a lattice with {problem.size} nodes"
     kind = "an M-matrix" if problem.is_m_matrix else "a matrix"

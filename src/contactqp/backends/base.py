@@ -359,8 +359,8 @@ class Backend(ABC):
     has_own_defaults : bool
         Whether it calls a library that has other defaults than these options, and honours ``task.own_defaults``.
     practical_size : int or None
-        Unknowns up to which it answers within a minute or so on two cores, as ``benchmarks/speed.py`` measures it with
-        tol 1e-6, by order of magnitude; None if no such size has been met. Only default lists keep to it.
+        Unknowns up to which it answers within a minute or so on two cores, as ``benchmarks/backends.py`` measures it
+        with tol 1e-6, by order of magnitude; None if no such size has been met. Only default lists keep to it.
     reachable_tol : float or None
         The tightest power of ten that it certifies for the paper's hexagon at all ten loads, if that was measured.
     repeatable : bool

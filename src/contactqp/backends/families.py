@@ -21,6 +21,7 @@ from .library import Ask, Outcome, Plan, Reply, Vectors
 from .placed_state import TIME, PlacedState
 from .processes import Elsewhere, Here, LostProcessError, Placed, can_be_sent
 from .rows import StateInRows
+from .setting_names import check_setting_names
 from .solvers import facts_of, solvers_through
 
 _SOLVED, _BEST, _NOTHING, _ITERATIONS = "solved", "best", "nothing", "iteration limit"
@@ -232,6 +233,7 @@ class MemberState(PlacedState, StateInRows):
         options: Mapping[str, Any],
     ) -> None:
         vars(self).update(imports=program.family)
+        check_setting_names(member.name, member.facts, member.family, options["settings"] or ())
         with warnings_ignored():
             super().__init__(declared, problem, task, options)
         self.member, self.program, self.facts = member, program, member.facts

@@ -59,8 +59,9 @@ class Membrane(AreaModel, StretchedModel):
         Stiffness k ≥ 0 of an elastic foundation (Winkler), which pulls the membrane to height zero by kw: force per
         area and length.
     units : str or mapping, optional
-        Units of all numbers without one, as ``{"length": "m", "force": "kN"}``. What has a unit of its own, a quantity
-        of pint or an array whose ``attrs["units"]`` tells it, is then checked and converted; files tell the units.
+        Units of all numbers without one, as ``{"length": "m", "force": "kN"}``: free text, which labels and files tell.
+        What has a unit of its own, a quantity of pint or an array whose ``attrs["units"]`` tells it, is then checked
+        and converted, for which pint must know both.
 
     Raises
     ------

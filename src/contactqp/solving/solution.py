@@ -20,7 +20,7 @@ from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, one_of, read_only
 from ..foundation.deadline import Deadline
 from ..foundation.interrupts import OutOfTime
-from ..foundation.loading import loading_seconds, working_seconds
+from ..foundation.loading import is_loading, loading_seconds, working_seconds
 from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.progress import Progress
 from ..foundation.text import at_most, counted
@@ -67,6 +67,7 @@ _LIMITS = {
 }
 
 _ABANDONED = "time limit; the call could not be stopped and was left behind"
+_LOADING = "; it was still loading libraries or compiling kernels, which passes once on a machine"
 _SHUT = "no force opens a gap: the admissible gap nearest to zero solves the problem"
 
 _OUTCOMES = {
@@ -229,7 +230,8 @@ def _asked(
             return deadline.work(ask, progress)
         except OutOfTime:
             best = None if questions is None else questions.best
-            answer = Answer(best, Stop.TIME_LIMIT, _ABANDONED, 0, 0.0, time.perf_counter() - deadline.started)
+            words = _ABANDONED + (_LOADING if is_loading() else "")
+            answer = Answer(best, Stop.TIME_LIMIT, words, 0, 0.0, time.perf_counter() - deadline.started)
             return answer, None if best is None or questions is None else questions.gap_of(best), None
 
 
@@ -347,7 +349,7 @@ class Solution:
             note="; ".join(part for part in (note, answer.note) if part),
             claimed_solved=answer.claimed,
             findings=answer.findings,
-            abandoned=answer.termination == _ABANDONED,
+            abandoned=answer.termination.startswith(_ABANDONED),
         )
         return cls(subject, request, run, verdict)
 
@@ -559,7 +561,12 @@ class Solution:
 
     @property
     def contact_area(self) -> Bracket:
-        """Bracket of the area in contact (cable: of the length), the sum of what its nodes stand for."""
+        """Bracket of the area in contact (of cables and beams: the length), the sum of what its nodes stand for.
+
+        A node stands for what is nearer to it than to another, of a line for half an arm to either side: m nodes next
+        to each other for a length of m Δ. A stretch of `spans` goes from its first node to its last one, which is
+        (m - 1) Δ. Where contact ends between two nodes the discrete problem does not tell.
+        """
         self._physical("contact_area")
         return self._certified("contact_area").contact_area
 
