@@ -253,7 +253,7 @@ def test_bounds_that_almost_meet_are_equations():
 
 def test_all_names_everybody_or_tells_why_not():
     names, left_out = backends.all_backends(HEXAGON.problem)
-    assert sorted([*names, *left_out]) == sorted([*cq.backend_names(), *backends.family_names()])
+    assert sorted([*names, *left_out]) == sorted([*cq.backend_names(), *backends.names_besides()])
     assert left_out["qpsolvers:quadprog"] == "is practical up to 1000 unknowns"
     problem = cq.ContactQP([[2.0, -1.0], [-1.0, 2.0]], [-1.0, 3.0], lower=0.0, upper=[0.1, 2.0])
     comparison = cq.compare(problem, "all")
@@ -276,7 +276,7 @@ def test_all_on_the_hexagon_take_less_than_a_minute_and_are_explained():
     assert run.stderr == ""
     table, _, left_out = run.stdout.partition("Left out: ")
     explained = left_out.replace(",", " ").replace(": ", " ").split()
-    for name in [*cq.backend_names(), *backends.family_names()]:
+    for name in [*cq.backend_names(), *backends.names_besides()]:
         assert f"\n{name} " in table or name in explained
     assert run.returncode == 0, run.stdout
 
