@@ -14,6 +14,7 @@ SEARCHES: dict[str, tuple[str, ...]] = {
     "explore": ("sliders", "interactive page", "browser without network"),
     "export": ("MPS", "write problem to a file", "hand over to CVXPY"),
     "foundation": ("foundation", "elastic springs", "soil stiffness"),
+    "cluster": ("many computers", "mpiexec", "slurm"),
     "frames": ("polygon", "round boundary", "shapefile"),
     "known-answers": ("exact solution", "analytic solution", "order of convergence"),
     "large": ("10⁸ nodes", "millions of nodes", "memory of large problems"),

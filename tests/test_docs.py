@@ -61,7 +61,7 @@ def test_the_reference_has_every_public_name_once():
     assert sorted(own) == sorted(set(cq.__all__) - set(MODULES))
 
 
-MODULES = ["benchmark", "gallery", "profiles", "testing", "jax", "torch", "paper"]
+MODULES = ["benchmark", "gallery", "mpi", "profiles", "testing", "jax", "torch", "paper"]
 
 
 @pytest.mark.parametrize("module", MODULES)

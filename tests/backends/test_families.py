@@ -405,3 +405,9 @@ def test_a_solver_whose_settings_are_not_known_is_told_all_of_them():
     check_setting_names("qpsolvers:toy", facts_of("toy", "qpsolvers"), "qpsolvers", ["anything"])
     elsewhere = replace(SOLVERS["piqp"], settings_at="piqp:NoSuchThing()")
     check_setting_names("qpsolvers:piqp", elsewhere, "qpsolvers", ["anything"])
+
+
+@pytest.mark.parametrize("name", [name for name in INSTALLED if name.startswith("qpsolvers:")])
+def test_qpsolvers_own_setting_is_taken_for_every_solver(name):
+    solver = name.removeprefix("qpsolvers:")
+    check_setting_names(name, SOLVERS[solver], "qpsolvers", ["verbose"])

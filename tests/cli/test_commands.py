@@ -498,3 +498,8 @@ def test_an_answer_of_another_size_is_told_by_what_is_wanted(tmp_path):
         )
     result = run("certify", HEXAGON, tmp_path / "a.npy")
     assert "1857 nodes: hand over a number for each, in their order, or an array of shape (49, 65)" in result.stderr
+
+
+def test_the_length_in_contact_is_told_as_what_its_nodes_stand_for():
+    lines = run("solve", CABLE).stdout.splitlines()
+    assert "  contact     41 (length that its nodes stand for)" in lines
