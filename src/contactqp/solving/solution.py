@@ -15,6 +15,8 @@ import numpy as np
 from ..algebra.conditioning import digits_kept
 from ..backends.base import Answer, Backend, State, Stop
 from ..backends.contract import checked_answer
+from ..continuum.enclosed import continuum_of
+from ..continuum.result import Continuum
 from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, one_of, read_only
@@ -701,6 +703,48 @@ class Solution:
         from .sensitivity import Sensitivity
 
         return Sensitivity(self, tolerance)
+
+    def continuum(self, effort: Literal["energy"] = "energy") -> Continuum:
+        """Return what this answer proves of the membrane itself, its distance from the lattice included.
+
+        The certificate tells how far an answer is from the solution of the *lattice's* equations. This tells how far it
+        is from the membrane that the lattice stands for: without unknown constants, with all rounding, and for any
+        answer of any backend. The frame must run along lines of the lattice.
+
+        Parameters
+        ----------
+        effort : {"energy"}
+            Brackets of the potential energy, the energy norm of the error, and the contact error, in one pass; see
+            `contactqp.continuum.energy`.
+
+        Returns
+        -------
+        Continuum
+
+        Raises
+        ------
+        AttributeError
+            If there is no model, as of a bare problem.
+        TypeError
+            If it is not a model whose membrane can be enclosed.
+        ValueError
+            If ``effort`` is unknown, the answer is not finite, the lattice's frame does not run along its lines, or
+            support and ceiling leave no room for the frame.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> lattice = cq.Frame.rectangle(1, 1).lattice(spacing=1 / 32)
+        >>> membrane = cq.Membrane(lattice, tension=1.0, load=1.0, support=0.03)
+        >>> found = cq.solve(membrane, tol=1e-9).continuum()
+        >>> found.proven, found.energy_error < 0.0081, found.energy.lower < -0.013581 < found.energy.upper
+        (True, True, True)
+        """
+        one_of(effort, ("energy",), "effort")
+        model = self._physical("continuum")
+        if not self.finite:
+            raise ValueError(f"there is no finite answer to go on from: {self.backend} said {self.termination!r}")
+        return continuum_of(model, self.gap, effort)
 
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
