@@ -22,7 +22,7 @@ from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, one_of, read_only
 from ..foundation.deadline import Deadline
 from ..foundation.interrupts import OutOfTime
-from ..foundation.loading import loading_seconds, working_seconds
+from ..foundation.loading import is_loading, loading_seconds, working_seconds
 from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.progress import Progress
 from ..foundation.text import at_most, counted
@@ -69,6 +69,7 @@ _LIMITS = {
 }
 
 _ABANDONED = "time limit; the call could not be stopped and was left behind"
+_LOADING = "; it was still loading libraries or compiling kernels, which passes once on a machine"
 _SHUT = "no force opens a gap: the admissible gap nearest to zero solves the problem"
 
 _OUTCOMES = {
@@ -231,7 +232,8 @@ def _asked(
             return deadline.work(ask, progress)
         except OutOfTime:
             best = None if questions is None else questions.best
-            answer = Answer(best, Stop.TIME_LIMIT, _ABANDONED, 0, 0.0, time.perf_counter() - deadline.started)
+            words = _ABANDONED + (_LOADING if is_loading() else "")
+            answer = Answer(best, Stop.TIME_LIMIT, words, 0, 0.0, time.perf_counter() - deadline.started)
             return answer, None if best is None or questions is None else questions.gap_of(best), None
 
 
@@ -349,7 +351,7 @@ class Solution:
             note="; ".join(part for part in (note, answer.note) if part),
             claimed_solved=answer.claimed,
             findings=answer.findings,
-            abandoned=answer.termination == _ABANDONED,
+            abandoned=answer.termination.startswith(_ABANDONED),
         )
         return cls(subject, request, run, verdict)
 
