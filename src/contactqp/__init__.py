@@ -31,6 +31,7 @@ from .algebra.stencil import Stencil
 from .backends import backend_names
 from .comparison.compare import compare
 from .comparison.comparison import Comparison
+from .continuum.estimate import DiscretisationEstimate
 from .continuum.result import Continuum
 from .errors import (
     CaseFileError,
@@ -85,6 +86,7 @@ __all__ = [
     "ContactQP",
     "ContactWarning",
     "Continuum",
+    "DiscretisationEstimate",
     "Events",
     "Frame",
     "Lattice",
