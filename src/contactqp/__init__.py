@@ -42,6 +42,7 @@ from .errors import (
     UnsuitableProblemError,
 )
 from .explorer.page import explore
+from .geometry.between import between
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
 from .geometry.smooth import Smooth
@@ -68,6 +69,7 @@ from .proof.energy import complementary_energy, energy_bracket, feasible, potent
 from .proof.residuals import Residuals
 from .proof.status import Status
 from .refinement.refine import Refinement, refine
+from .solving.family import Family, solve_between
 from .solving.loaded import load_solution
 from .solving.many import solve_many
 from .solving.solution import Solution
@@ -88,6 +90,7 @@ __all__ = [
     "Continuum",
     "DiscretisationEstimate",
     "Events",
+    "Family",
     "Frame",
     "Lattice",
     "LoadPath",
@@ -109,6 +112,7 @@ __all__ = [
     "UnknownBackendError",
     "UnsuitableProblemError",
     "backend_names",
+    "between",
     "certify",
     "compare",
     "complementary_energy",
@@ -127,6 +131,7 @@ __all__ = [
     "read_surface",
     "refine",
     "solve",
+    "solve_between",
     "solve_many",
     "study",
     "trace",
