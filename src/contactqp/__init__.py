@@ -31,6 +31,8 @@ from .algebra.stencil import Stencil
 from .backends import backend_names
 from .comparison.compare import compare
 from .comparison.comparison import Comparison
+from .continuum.estimate import DiscretisationEstimate
+from .continuum.result import Continuum
 from .errors import (
     CaseFileError,
     ContactWarning,
@@ -40,8 +42,10 @@ from .errors import (
     UnsuitableProblemError,
 )
 from .explorer.page import explore
+from .geometry.between import between
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
+from .geometry.smooth import Smooth
 from .io.read_fields import read_field, read_mask
 from .io.surfaces import read_surface
 from .models.beam import Beam
@@ -65,6 +69,7 @@ from .proof.energy import complementary_energy, energy_bracket, feasible, potent
 from .proof.residuals import Residuals
 from .proof.status import Status
 from .refinement.refine import Refinement, refine
+from .solving.family import Family, solve_between
 from .solving.loaded import load_solution
 from .solving.many import solve_many
 from .solving.solution import Solution
@@ -82,7 +87,10 @@ __all__ = [
     "ContactLCP",
     "ContactQP",
     "ContactWarning",
+    "Continuum",
+    "DiscretisationEstimate",
     "Events",
+    "Family",
     "Frame",
     "Lattice",
     "LoadPath",
@@ -93,6 +101,7 @@ __all__ = [
     "Plate",
     "Refinement",
     "Residuals",
+    "Smooth",
     "Solution",
     "Solver",
     "Status",
@@ -103,6 +112,7 @@ __all__ = [
     "UnknownBackendError",
     "UnsuitableProblemError",
     "backend_names",
+    "between",
     "certify",
     "compare",
     "complementary_energy",
@@ -121,6 +131,7 @@ __all__ = [
     "read_surface",
     "refine",
     "solve",
+    "solve_between",
     "solve_many",
     "study",
     "trace",
