@@ -1,0 +1,1 @@
+"""What an answer on a lattice proves of the membrane itself."""

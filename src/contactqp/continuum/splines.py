@@ -1,0 +1,147 @@
+r"""Bicubic splines on a lattice: values at its points, ranges on its cells, and ranges of the Laplacian.
+
+With the cubic B-spline B³ on the integers and B¹ the hat function,
+
+.. math::
+
+    s(x, y) &= \sum_{ij} c_{ij} B^3(x/h - i) B^3(y/h - j), \\
+    h^2 Δs &= \sum_{ij} (δ_x^2 c)_{ij} B^1_i(x) B^3_j(y) + (δ_y^2 c)_{ij} B^3_i(x) B^1_j(y),
+
+because the second derivative of a cubic spline is the linear spline of its second differences (de Boor, *A Practical
+Guide to Splines*, 1978, ch. X). s is twice continuously differentiable.
+
+*Ranges.* Between two points a cubic spline with the coefficients c₋₁, c₀, c₁, c₂ about them is a cubic polynomial
+with the Bernstein coefficients
+
+.. math:: (c_{-1} + 4 c_0 + c_1)/6, \quad (2 c_0 + c_1)/3, \quad (c_0 + 2 c_1)/3, \quad (c_0 + 4 c_1 + c_2)/6,
+
+and a linear one, with values s₀ and s₁ at the points, has s₀, (2s₀ + s₁)/3, (s₀ + 2s₁)/3, s₁. Bernstein polynomials are
+not negative and add up to one, in the plane their products are and do, too. So on a cell the spline lies between the
+least and the largest of 16 Bernstein coefficients, and so does Δs less a field that is bilinear on the cell.
+
+*Roundings.* The coefficients c are the doubles that they are: nothing is rounded there. A Bernstein coefficient is
+formed from them by sums of products with weights that add up to one (in the code, as 36, 18 and 9 fold); no path from
+c, or from q, to a result has more than 16 roundings, so that the result is off by at most γ₁₆ (Higham, *Accuracy and
+Stability of Numerical Algorithms*, 2002, lemma 3.1) times the same sum of moduli; that is bounded by the largest
+modulus that enters, of second differences by the largest sum of the moduli of the two differences that they are formed
+from. γ₂₄ in the place of γ₁₆ covers the roundings of the bound itself. Where a number overflows the range is infinite
+or not a number, and proves nothing.
+
+Arrays of coefficients have one more ring than those of points: c[i + 1, j + 1] belongs to point [i, j].
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..foundation.checks import Mask, Vector
+from ..foundation.loading import load_modules
+from ..foundation.rounding import UNDERFLOW, gamma
+from ..foundation.threads import shared_team
+from ..geometry.numbering import Grid
+from .cells import Cells
+
+_ERROR = gamma(24)
+
+
+class CellRanges(NamedTuple):
+    """Ranges on the cells, shape (rows + 1, columns + 1); nan on cells that do not belong to the region.
+
+    Attributes
+    ----------
+    least_excess, most_excess : array
+        Of TΔs less the bilinear field (force per area).
+    least, most : array
+        Of the spline (length).
+    """
+
+    least_excess: Grid
+    most_excess: Grid
+    least: Grid
+    most: Grid
+
+
+def ranges_on_cells(cells: Cells, coefficients: Grid, tension: float, field: Grid) -> CellRanges:
+    """Return ranges of a spline, and of its Laplacian times the tension less a bilinear field, rounded outwards.
+
+    Parameters
+    ----------
+    cells : Cells
+    coefficients : array, shape (rows + 4, columns + 4)
+        Of the spline (length).
+    tension : float
+        T (force per length).
+    field : array, shape (rows + 2, columns + 2)
+        Values at the points of a field that is bilinear on each cell (force per area); finite at corners of cells.
+    """
+    load_modules("contactqp.continuum.spline_kernels", kernels="splines")
+    from .spline_kernels import ranges
+
+    found = [np.full(cells.inside.shape, np.nan) for _ in range(4)]
+    team, factor = shared_team(), tension / (18.0 * cells.spacing**2)
+    strips = team.strips(0, cells.inside.shape[0], cells.inside.shape[1])
+    team.run(
+        ranges, strips, np.ascontiguousarray(coefficients), np.ascontiguousarray(field), cells.inside, factor, *found
+    )
+    return CellRanges(*found)
+
+
+def at_points(coefficients: Grid) -> tuple[Grid, float]:
+    """Return a spline's values at the points, shape (rows + 2, columns + 2), and a bound of their rounding errors.
+
+    Examples
+    --------
+    >>> values, error = at_points(np.full((5, 6), 3.0))
+    >>> values.shape, bool(np.abs(values - 3.0).max() <= error < 1e-13)
+    ((3, 4), True)
+    """
+    rows = (coefficients[:-2] + 4.0 * coefficients[1:-1]) + coefficients[2:]
+    values = ((rows[:, :-2] + 4.0 * rows[:, 1:-1]) + rows[:, 2:]) / 36.0
+    return values, _ERROR * float(np.abs(coefficients).max()) + UNDERFLOW
+
+
+def excess_along_rim(cells: Cells, coefficients: Grid, heights: Grid) -> tuple[tuple[Vector, Vector], ...]:
+    """Return the range of a spline less a field that is linear between points, on each edge of the rim.
+
+    Parameters
+    ----------
+    heights : array, shape (rows + 2, columns + 2)
+        Values of the field at the points; finite on the rim.
+
+    Returns
+    -------
+    pair of pairs of arrays
+        Least and largest on the edges along rows, in the order of ``np.nonzero(cells.rim[0])``; and along columns.
+    """
+    level, upright = cells.rim
+    along_columns = _excess_along_rows(upright.T, coefficients.T, heights.T)
+    order = _order_of_transposed(upright)
+    return _excess_along_rows(level, coefficients, heights), (along_columns[0][order], along_columns[1][order])
+
+
+def _excess_along_rows(edges: Mask, coefficients: Grid, heights: Grid) -> tuple[Vector, Vector]:
+    row, column = np.nonzero(edges)
+    about = [[coefficients[row + k, column + m] for m in range(4)] for k in range(3)]
+    first, second, third, fourth = ((about[0][m] + 4.0 * about[1][m]) + about[2][m] for m in range(4))
+    start, end = heights[row, column], heights[row, column + 1]
+    bernstein = (
+        ((first + 4.0 * second) + third) / 36.0 - start,
+        (2.0 * second + third) / 18.0 - (2.0 * start + end) / 3.0,
+        (second + 2.0 * third) / 18.0 - (start + 2.0 * end) / 3.0,
+        ((second + 4.0 * third) + fourth) / 36.0 - end,
+    )
+    size = np.maximum(np.abs(start), np.abs(end))
+    for line in about:
+        for numbers in line:
+            size = np.maximum(size, np.abs(numbers))
+    error = 2.0 * _ERROR * size + UNDERFLOW
+    return np.minimum.reduce(bernstein) - error, np.maximum.reduce(bernstein) + error
+
+
+def _order_of_transposed(edges: Mask) -> Vector:
+    """Return the order that takes what is listed down the columns to the order along the rows."""
+    number = np.zeros(edges.shape, dtype=np.int64)
+    number.T[edges.T] = np.arange(np.count_nonzero(edges))
+    return np.asarray(number[edges])
