@@ -92,7 +92,7 @@ def test_whatever_the_spline_the_inequalities_hold(region, seed):
                 assert low >= Fraction(points[1][int(row), int(column)])
     heights, (least, most) = fractions(problem.heights), map(Fraction, problem.height_range)
     for edges, step in zip(cells.rim, ((0, 1), (1, 0)), strict=True):
-        i, j = map(int, rng.permutation(np.argwhere(edges))[0])
+        i, j = map(int, rng.permutation(np.transpose(edges))[0])
         way = Fraction(int(rng.integers(33)), 32)
         at = i + way * step[0], j + way * step[1]
         assert above.at(*at) >= bilinear(heights, *at) + most

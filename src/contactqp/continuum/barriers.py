@@ -29,8 +29,8 @@ width d that holds Ω, counted from its side, and v = x(d - x)/(2T): v ≥ 0 in 
 are such functions: TΔU = TΔs - τ⁺ ≤ q; and where L > 0 it is s > δ⁻, so that the cell is among those of τ⁻, and
 TΔL = TΔs + τ⁻ ≥ q. The maxima over cells K and edges are bounded by those of Bernstein coefficients, rounded outwards;
 q and γ may be known up to ranges. δ⁻ leaves out the cells about the free boundary, where second differences of the
-lattice's answer change from zero to what the load wants over a spacing or two. Of all δ⁻ that may be taken, that is
-which makes τ⁻d²/8T + δ⁻ least.
+lattice's answer change from zero to what the load wants over a spacing or two. δ⁻ is chosen
+so that τ⁻d²/8T + δ⁻ is small.
 """
 
 from __future__ import annotations
@@ -48,6 +48,9 @@ from .splines import CellRanges, at_points, excess_along_rim, ranges_on_cells
 
 _SLACK = 8 * UNIT_ROUNDOFF
 """More than the roundings of three sums and products in a row, relative to the sum of their moduli."""
+
+
+_FEW = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +86,6 @@ class Barrier:
     def holds(self) -> bool:
         """Whether it is a bound at all: all numbers are finite."""
         return bool(np.isfinite([self.multiple, self.shift]).all())
-
-    @property
-    def largest_lift(self) -> float:
-        """A bound of the largest τv (length)."""
-        return self.multiple * _largest_height(self.problem) * (1 + _SLACK)
 
     def at_points(self) -> Grid:
         """Return the bound at the points of the closed region, rounded outwards; nan elsewhere."""
@@ -126,9 +124,8 @@ def supersolution(problem: ObstacleProblem, coefficients: Grid) -> Barrier:
     inside = problem.cells.inside
     ranges = ranges_on_cells(problem.cells, coefficients, problem.tension, problem.load)
     defects = _above_zero(ranges.most_excess - problem.load_range[0], inside)
-    (least_level, _), (least_upright, _) = excess_along_rim(problem.cells, coefficients, problem.heights)
-    missing = problem.height_range[1] - np.concatenate([least_level, least_upright])
-    shift = _raised(missing, -ranges.least[inside])
+    least, _ = excess_along_rim(problem.cells, coefficients, problem.heights)
+    shift = _raised(problem.height_range[1] - least, -ranges.least[inside])
     return Barrier(problem, 1, coefficients, float(defects.max()), shift, ranges, defects)
 
 
@@ -153,26 +150,30 @@ def subsolution(problem: ObstacleProblem, coefficients: Grid) -> Barrier:
     inside = problem.cells.inside
     ranges = ranges_on_cells(problem.cells, coefficients, problem.tension, problem.load)
     defects = _above_zero(problem.load_range[1] - ranges.least_excess, inside)
-    (_, most_level), (_, most_upright) = excess_along_rim(problem.cells, coefficients, problem.heights)
-    least_shift = _raised(np.concatenate([most_level, most_upright]) - problem.height_range[0])
-    shift, multiple = _best_shift(ranges.most, defects, least_shift, _largest_height(problem))
+    _, most = excess_along_rim(problem.cells, coefficients, problem.heights)
+    least_shift = _raised(most - problem.height_range[0])
+    shift, multiple = _best_shift(problem, ranges.most, defects, least_shift)
     return Barrier(problem, -1, coefficients, multiple, shift, ranges, defects)
 
 
-def _best_shift(most: Grid, defects: Grid, least_shift: float, height: float) -> tuple[float, float]:
-    """Return the δ that makes τ(δ) v + δ least, and τ(δ): the largest defect of the cells where s exceeds δ."""
-    missed = defects > 0.0
-    values, found = most[missed], defects[missed]
-    if not np.isfinite(found).all() or not np.isfinite(values).all():
+def _best_shift(problem: ObstacleProblem, most: Grid, defects: Grid, least_shift: float) -> tuple[float, float]:
+    """Return the δ that makes τ(δ) d²/8T + δ least, and τ(δ): the largest defect of the cells where s exceeds δ.
+
+    Up to a few times what a membrane bends on a cell every δ is tried, and beyond that the one that leaves out all.
+    """
+    inside = problem.cells.inside
+    if not (np.isfinite(defects[inside]).all() and np.isfinite(most[inside]).all()):
         return np.inf, np.inf
-    order = np.argsort(values)[::-1]
+    near = inside & (most <= max(_FEW * problem.largest_bend, least_shift))
+    always = float(defects.max(where=inside & ~near, initial=0.0))
+    chosen = near & (defects > always)
+    order = np.argsort(most[chosen])[::-1]
+    values, found = most[chosen][order], defects[chosen][order]
     # Of the cells from the highest down to each, the largest defect: τ if δ is the value of the next.
-    multiples = np.concatenate([[0.0], np.maximum.accumulate(found[order])])
-    shifts = np.maximum(np.concatenate([values[order], [0.0]]), least_shift)
-    # At shifts that are raised to the least one, cells that lie below it are not asked.
-    best = int(np.argmin(multiples * height + shifts))
-    shift = float(shifts[best])
-    return shift, float(found.max(where=values > shift, initial=0.0))
+    multiples = np.concatenate([[always], np.maximum.accumulate(found), [0.0]])
+    shifts = np.maximum(np.concatenate([values, [0.0], [most.max(where=inside, initial=0.0)]]), least_shift)
+    shift = float(shifts[np.argmin(multiples * problem.largest_height + shifts)])
+    return shift, float(defects.max(where=inside & (most > shift), initial=0.0))
 
 
 def _above_zero(values: Grid, inside: Mask) -> Grid:
@@ -204,10 +205,5 @@ def _most_height_on_cells(problem: ObstacleProblem) -> Grid:
     lines = np.asarray(_height_at_lines(problem)).ravel()
     largest = np.maximum(lines[:-1], lines[1:])
     if width % 2:  # between the two middle lines it is as high as it gets
-        largest = np.where(lines[:-1] == lines[1:], _largest_height(problem), largest)
+        largest = np.where(lines[:-1] == lines[1:], problem.largest_height, largest)
     return largest[:, None] if axis == 0 else largest[None, :]
-
-
-def _largest_height(problem: ObstacleProblem) -> float:
-    width = problem.cells.strip[2] * problem.cells.spacing
-    return float(width**2 / (8.0 * problem.tension) * (1 + _SLACK) + UNDERFLOW)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..foundation.checks import Mask
 from ..geometry.numbering import Grid
+
+Places: TypeAlias = tuple[NDArray[np.intp], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +80,10 @@ class Cells:
         return at_corners(self.inside)
 
     @cached_property
-    def rim(self) -> tuple[Mask, Mask]:
-        """The edges of the rim: from point [i, j] to [i, j + 1], and from [i, j] to [i + 1, j]."""
+    def rim(self) -> tuple[Places, Places]:
+        """Rows i and columns j of the edges of the rim: from point [i, j] to [i, j + 1]; from [i, j] to [i + 1, j]."""
         level, upright = _beside_edges(self.inside)
-        return np.asarray(level[0] ^ level[1]), np.asarray(upright[0] ^ upright[1])
+        return np.nonzero(level[0] ^ level[1]), np.nonzero(upright[0] ^ upright[1])
 
     @cached_property
     def convex(self) -> bool:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..geometry.numbering import Grid
 from .cells import Cells
 from .ghosts import Continuation
@@ -49,9 +51,20 @@ class ObstacleProblem:
                 raise ValueError(f"{name} must have the shape {shape} of the points, got {getattr(self, name).shape}")
         object.__setattr__(self, "continuation", Continuation(self.cells))
 
+    @property
+    def largest_height(self) -> float:
+        """d²/8T, rounded up: how far a strip of width d about the region bends under a load of one (length³/force)."""
+        width = self.cells.strip[2] * self.cells.spacing
+        return width**2 / (8.0 * self.tension) * (1 + 8 * UNIT_ROUNDOFF) + UNDERFLOW
+
     def bend(self, load: Grid) -> Grid:
         """Return the sum of the second differences of a free membrane under a load at the points (length)."""
         return np.asarray(load * (self.cells.spacing**2 / self.tension))
+
+    @cached_property
+    def largest_bend(self) -> float:
+        """The largest modulus of `bend` under the load (length)."""
+        return float(np.abs(self.bend(self.load)).max(where=self.cells.closure, initial=0.0))
 
     def with_rim(self, gap: Grid) -> Grid:
         """Return a gap at the points with the frame's in the place of what it has on the rim."""

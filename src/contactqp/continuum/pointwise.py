@@ -109,7 +109,7 @@ def _sharpened(
     least, before = _distance(best, gap), None
     for done in range(rounds):
         missed = largest_at_corners(_to_be_paid(latest))
-        if not missed.any() or not np.isfinite(missed).all() or best.largest_lift <= _SPENT * least:
+        if not np.isfinite(missed).all() or problem.largest_height * missed.max() <= _SPENT * least:
             return best, done
         load = load - latest.side * (_over(missed, before if latest.side > 0 else None) * missed)
         latest, before = bound_from(problem, resolve(load), load), missed
@@ -126,8 +126,7 @@ def _to_be_paid(barrier: Barrier) -> Grid:
     """Return the defects of cells that the load is to be changed for."""
     if barrier.side > 0:
         return barrier.defects
-    bends = np.abs(barrier.problem.bend(barrier.problem.load))
-    near = min(barrier.shift, _NEAR * float(bends.max(where=barrier.problem.cells.closure, initial=0.0)))
+    near = min(barrier.shift, _NEAR * barrier.problem.largest_bend)
     return np.where(barrier.ranges.most > near, barrier.defects, 0.0)
 
 

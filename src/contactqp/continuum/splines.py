@@ -24,8 +24,8 @@ formed from them by sums of products with weights that add up to one (in the cod
 c, or from q, to a result has more than 16 roundings, so that the result is off by at most γ₁₆ (Higham, *Accuracy and
 Stability of Numerical Algorithms*, 2002, lemma 3.1) times the same sum of moduli; that is bounded by the largest
 modulus that enters, of second differences by the largest sum of the moduli of the two differences that they are formed
-from. γ₂₄ in the place of γ₁₆ covers the roundings of the bound itself. Where a number overflows the range is infinite
-or not a number, and proves nothing.
+from. γ₂₄ in the place of γ₁₆ covers the roundings of the bound itself. Where anything could overflow, ranges are
+infinite.
 
 Arrays of coefficients have one more ring than those of points: c[i + 1, j + 1] belongs to point [i, j].
 """
@@ -36,7 +36,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..foundation.checks import Mask, Vector
+from ..foundation.checks import Vector
 from ..foundation.loading import load_modules
 from ..foundation.rounding import UNDERFLOW, gamma
 from ..foundation.threads import shared_team
@@ -44,6 +44,9 @@ from ..geometry.numbering import Grid
 from .cells import Cells
 
 _ERROR = gamma(24)
+
+_LARGEST = 1e300
+"""Sums and products of a few numbers that are smaller do not overflow."""
 
 
 class CellRanges(NamedTuple):
@@ -79,12 +82,16 @@ def ranges_on_cells(cells: Cells, coefficients: Grid, tension: float, field: Gri
     load_modules("contactqp.continuum.spline_kernels", kernels="splines")
     from .spline_kernels import ranges
 
-    found = [np.full(cells.inside.shape, np.nan) for _ in range(4)]
-    team, factor = shared_team(), tension / (18.0 * cells.spacing**2)
+    factor = tension / (18.0 * cells.spacing**2)
+    largest = float(np.abs(coefficients).max()) * (36.0 + 144.0 * factor)
+    if not largest + 9.0 * float(np.abs(field).max(where=cells.closure, initial=0.0)) < _LARGEST:
+        endless = np.where(cells.inside, np.inf, np.nan)
+        return CellRanges(-endless, endless, -endless, endless)
+    found = [np.empty(cells.inside.shape) for _ in range(4)]
+    team = shared_team()
     strips = team.strips(0, cells.inside.shape[0], cells.inside.shape[1])
-    team.run(
-        ranges, strips, np.ascontiguousarray(coefficients), np.ascontiguousarray(field), cells.inside, factor, *found
-    )
+    given = np.ascontiguousarray(coefficients), np.ascontiguousarray(np.where(cells.closure, field, 0.0))
+    team.run(ranges, strips, *given, cells.inside, factor, *found)
     return CellRanges(*found)
 
 
@@ -102,7 +109,7 @@ def at_points(coefficients: Grid) -> tuple[Grid, float]:
     return values, _ERROR * float(np.abs(coefficients).max()) + UNDERFLOW
 
 
-def excess_along_rim(cells: Cells, coefficients: Grid, heights: Grid) -> tuple[tuple[Vector, Vector], ...]:
+def excess_along_rim(cells: Cells, coefficients: Grid, heights: Grid) -> tuple[Vector, Vector]:
     """Return the range of a spline less a field that is linear between points, on each edge of the rim.
 
     Parameters
@@ -112,36 +119,31 @@ def excess_along_rim(cells: Cells, coefficients: Grid, heights: Grid) -> tuple[t
 
     Returns
     -------
-    pair of pairs of arrays
-        Least and largest on the edges along rows, in the order of ``np.nonzero(cells.rim[0])``; and along columns.
+    least, most : array
+        On the edges, in the order of `Cells.rim`.
     """
-    level, upright = cells.rim
-    along_columns = _excess_along_rows(upright.T, coefficients.T, heights.T)
-    order = _order_of_transposed(upright)
-    return _excess_along_rows(level, coefficients, heights), (along_columns[0][order], along_columns[1][order])
-
-
-def _excess_along_rows(edges: Mask, coefficients: Grid, heights: Grid) -> tuple[Vector, Vector]:
-    row, column = np.nonzero(edges)
-    about = [[coefficients[row + k, column + m] for m in range(4)] for k in range(3)]
-    first, second, third, fourth = ((about[0][m] + 4.0 * about[1][m]) + about[2][m] for m in range(4))
-    start, end = heights[row, column], heights[row, column + 1]
-    bernstein = (
-        ((first + 4.0 * second) + third) / 36.0 - start,
-        (2.0 * second + third) / 18.0 - (2.0 * start + end) / 3.0,
-        (second + 2.0 * third) / 18.0 - (start + 2.0 * end) / 3.0,
-        ((second + 4.0 * third) + fourth) / 36.0 - end,
-    )
-    size = np.maximum(np.abs(start), np.abs(end))
-    for line in about:
-        for numbers in line:
-            size = np.maximum(size, np.abs(numbers))
-    error = 2.0 * _ERROR * size + UNDERFLOW
-    return np.minimum.reduce(bernstein) - error, np.maximum.reduce(bernstein) + error
-
-
-def _order_of_transposed(edges: Mask) -> Vector:
-    """Return the order that takes what is listed down the columns to the order along the rows."""
-    number = np.zeros(edges.shape, dtype=np.int64)
-    number.T[edges.T] = np.arange(np.count_nonzero(edges))
-    return np.asarray(number[edges])
+    found = []
+    for (row, column), down, right in zip(cells.rim, (0, 1), (1, 0), strict=True):
+        # Four coefficients along the edge, each of which three across it make up.
+        lines = []
+        for along in range(4):
+            before, at, after = (
+                coefficients[row + along * down + across * right, column + along * right + across * down]
+                for across in range(3)
+            )
+            lines.append(
+                ((before + 4.0 * at) + after, np.maximum(np.maximum(np.abs(before), np.abs(at)), np.abs(after)))
+            )
+        first, second, third, fourth = (line for line, _ in lines)
+        start, end = heights[row, column], heights[row + down, column + right]
+        bernstein = (
+            ((first + 4.0 * second) + third) / 36.0 - start,
+            (2.0 * second + third) / 18.0 - (2.0 * start + end) / 3.0,
+            (second + 2.0 * third) / 18.0 - (start + 2.0 * end) / 3.0,
+            ((second + 4.0 * third) + fourth) / 36.0 - end,
+        )
+        size = np.maximum.reduce([np.abs(start), np.abs(end), *(largest for _, largest in lines)])
+        error = 2.0 * _ERROR * size + UNDERFLOW
+        found.append((np.minimum.reduce(bernstein) - error, np.maximum.reduce(bernstein) + error))
+    (least, most), (others_least, others_most) = found
+    return np.concatenate([least, others_least]), np.concatenate([most, others_most])
