@@ -10,6 +10,7 @@ from strategies import BACKENDS
 from test_readme import ROOT
 
 import contactqp as cq
+from contactqp import benchmark
 from contactqp.backends import get_backend
 from contactqp.backends.solvers import SOLVERS
 
@@ -130,6 +131,17 @@ def test_every_solver_that_others_call_is_in_its_table():
         matrix = f"{'dense' if facts.dense else 'sparse'}{', definite' if facts.definite else ''}"
         largest = " / ".join(f"{through.practical_size:,}" for through in facts.through.values())
         assert row == f"| `{name}` | {facts.method} | {matrix} | {facts.licence} | {reached} | {largest} |"
+
+
+def test_the_table_of_the_standard_suite_is_that_of_its_records():
+    results = benchmark.Results.read(Path(ROOT) / "benchmarks" / "results" / "standard")
+    rows = {
+        f"| `{one.backend}` | {one.level} | {one.proven} of {one.asked} | {one.claimed_but_wrong} of {one.claimed} "
+        f"| {one.mean_seconds:.3g} | {one.relative_mean:.2g} |"
+        for one in benchmark.summaries(results.records, results.suite.time_limit)
+    }
+    page = (DOCS / "benchmarks.md").read_text(encoding="utf-8")
+    assert rows == {line for line in page.splitlines() if re.match(r"\| `\S+` \| (mid|default) \|", line)}
 
 
 def told(facts, package):

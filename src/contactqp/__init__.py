@@ -31,6 +31,7 @@ from .algebra.stencil import Stencil
 from .backends import backend_names
 from .comparison.compare import compare
 from .comparison.comparison import Comparison
+from .continuum.result import Continuum
 from .errors import (
     CaseFileError,
     ContactWarning,
@@ -42,6 +43,7 @@ from .errors import (
 from .explorer.page import explore
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
+from .geometry.smooth import Smooth
 from .io.read_fields import read_field, read_mask
 from .io.surfaces import read_surface
 from .models.beam import Beam
@@ -82,6 +84,7 @@ __all__ = [
     "ContactLCP",
     "ContactQP",
     "ContactWarning",
+    "Continuum",
     "Events",
     "Frame",
     "Lattice",
@@ -93,6 +96,7 @@ __all__ = [
     "Plate",
     "Refinement",
     "Residuals",
+    "Smooth",
     "Solution",
     "Solver",
     "Status",

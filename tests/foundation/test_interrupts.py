@@ -19,7 +19,7 @@ from contactqp.backends.base import Stop
 from contactqp.cli.application import bad_input
 from contactqp.foundation import interrupts, loading
 from contactqp.foundation.deadline import Deadline
-from contactqp.foundation.interrupts import INTERRUPTED, ended_by_interrupts, run_interruptibly
+from contactqp.foundation.interrupts import INTERRUPTED, OutOfTime, ended_by_interrupts, run_interruptibly
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = ROOT / "tests" / "interrupted.py"
@@ -202,6 +202,23 @@ def test_loading_is_no_work():
     loading.once(object(), lambda: time.sleep(0.2), "a test")
     assert loading.loading_seconds() - loaded >= 0.2
     assert loading.working_seconds() - started < 0.1
+
+
+def test_loading_that_was_left_behind_is_no_work_either():
+    over = threading.Event()
+
+    def load():
+        loading.once(object(), over.wait, "a test")
+
+    started, loaded = loading.working_seconds(), loading.loading_seconds()
+    with pytest.raises(OutOfTime):
+        run_interruptibly(load, seconds=0.2)
+    assert loading.is_loading()
+    assert loading.loading_seconds() - loaded >= 0.1
+    assert loading.working_seconds() - started < 0.15
+    over.set()
+    while loading.is_loading():
+        time.sleep(0.01)
 
 
 def test_what_is_done_once_is_not_done_again_but_after_an_error():

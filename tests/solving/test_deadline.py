@@ -9,6 +9,7 @@ import pytest
 import contactqp as cq
 from contactqp.backends.base import Answer, Backend, State, Stop
 from contactqp.foundation.deadline import LEAST_SLACK
+from contactqp.foundation.loading import apart, is_loading
 from contactqp.problem.facts import MatrixFacts
 
 SLEEP = 5.0
@@ -62,6 +63,27 @@ def test_a_backend_that_does_not_look_at_the_clock_is_left_behind():
     assert solution.status == "time_limit"
     assert not solution.finite
     assert "left behind" in solution.termination
+
+
+class SlowToLoad(Deaf):
+    """Compiles for long at its first call."""
+
+    over = threading.Event()
+
+    def solve(self, problem, task):
+        apart(self.over.wait)
+        return Answer(None, Stop.FAILED, "", 0, 0.0, 0.0)
+
+
+def test_a_limit_that_loading_uses_up_is_told_of_and_no_work():
+    solution = cq.solve(SMALL, SlowToLoad(), time_limit=0.01, on_failure="ignore")
+    SlowToLoad.over.set()
+    while is_loading():
+        time.sleep(0.01)
+    assert solution.status == "time_limit"
+    assert "compiling kernels" in solution.termination
+    assert solution.run.abandoned
+    assert 0 <= solution.seconds < solution.loading_seconds
 
 
 @pytest.mark.slow

@@ -30,8 +30,8 @@ LIMITATIONS = (
     "with tighter tolerances until they are, which costs them time that their own stopping rules would not.",
     "At the level 'default' libraries run once as their authors ship them, and are judged by 1e-6, which they were not "
     "told.",
-    "Times are those of a first call in a fresh process, without loading and compiling, and with the judge's work. A "
-    "warm start or a kept factorisation would change them.",
+    "Times are those of a call that keeps nothing of an earlier one, without loading and compiling, and with the "
+    "judge's work. A warm start or a kept factorisation would change them.",
     "Memory is that of the whole process, beyond what it held before; what a library holds back counts, too.",
     "Not all solvers were asked about all problems: those that are practical at a size only, by their own measured "
     "limits.",
@@ -154,7 +154,8 @@ def _profiles(picture: Figure) -> str:
         "Steps that rise with the factor of time: for each solver the part of the problems that it proves within that "
         "factor of the fastest solver's time",
         "Which part of the problems a solver proves within a factor of the time that the fastest one takes for each "
-        "(Dolan and Moré 2002); where its line begins it is the fastest, where it ends is all that it proves",
+        "(Dolan and Moré 2002); where its line begins it is the fastest, where it ends is all that it proves. "
+        "What it was not asked, because its method cannot do it or is not practical at that size, counts as not proven",
         "both",
     )
 
@@ -166,7 +167,8 @@ def _growth(picture: Figure | None, records: Sequence[Record]) -> str:
     return "<h2>Time against size</h2>\n" + figure_of(
         picture,
         f"Seconds against unknowns for each family; exponents: {told}",
-        "Seconds of proven answers; the number at the end of each line is the exponent of the growth",
+        "Seconds of proven answers; the number at the end of each line is the exponent of the growth over the sizes "
+        "that are shown, small where what every call costs is most of the time",
         "both",
     )
 

@@ -23,9 +23,10 @@ from .record import REFERENCE, Ask, Record
 from .results import Results
 from .suites import Suite, suite_of
 
-_GRACE, _MARGIN = 60.0, 1.5
+_GRACE, _MARGIN = 180.0, 1.5
 """Seconds beyond the limits of its solves after which a process is ended, and the factor upon these limits: a library
-may look at the clock between its steps only, and a process has to start, to make its problem, and to judge."""
+may look at the clock between its steps only, and a process has to start, to compile, to make its problem, and to
+judge."""
 
 _LONGEST = 300
 """Characters of a process's last words that are kept."""

@@ -177,7 +177,7 @@ class Growth:
     ----------
     family, backend, level : str
     sizes, seconds : array
-        Of the proven answers.
+        Of the proven answers, by size.
     exponent : float
         The slope of a straight line through the logarithms (least squares).
     """
@@ -197,7 +197,8 @@ def growths(records: Iterable[Record]) -> list[Growth]:
         if record.proven and record.seconds is not None and record.seconds > _MEASURABLE:
             groups.setdefault((record.family, record.backend, record.level), []).append(record)
     found = []
-    for (family, backend, level), own in groups.items():
+    for (family, backend, level), group in groups.items():
+        own = sorted(group, key=lambda record: record.size or 0)
         sizes = np.array([float(record.size or 0) for record in own])
         if np.unique(sizes).size < _SIZES:
             continue

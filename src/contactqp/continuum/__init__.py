@@ -1,1 +1,1 @@
-"""What an answer on a lattice proves of the membrane itself."""
+"""The membrane itself: bounds of the continuous solution that hold its distance from the lattice's answer."""

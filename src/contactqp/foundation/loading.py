@@ -27,10 +27,22 @@ _done: set[Hashable] = set()
 
 
 class _Clock:
-    """Seconds that loading and compiling have taken so far, in one line of work and the threads that it waits for."""
+    """Seconds that loading and compiling take, in one line of work and the threads that it waits for."""
 
-    seconds = 0.0
-    running = False
+    def __init__(self) -> None:
+        self._before, self._since = 0.0, 0.0
+        self.running = False
+
+    @property
+    def seconds(self) -> float:
+        """All so far, with what is under way: whoever waits no longer for it may ask, too."""
+        return self._before + (time.perf_counter() - self._since if self.running else 0.0)
+
+    def start(self) -> None:
+        self._since, self.running = time.perf_counter(), True
+
+    def stop(self) -> None:
+        self._before, self.running = self.seconds, False
 
 
 _clock: ContextVar[_Clock] = ContextVar("loading")
@@ -39,6 +51,11 @@ _clock: ContextVar[_Clock] = ContextVar("loading")
 def loading_seconds() -> float:
     """Return the seconds that this thread has spent on loading and compiling so far."""
     return _own_clock().seconds
+
+
+def is_loading() -> bool:
+    """Whether this thread, or one that it has left behind, is at loading or compiling."""
+    return _own_clock().running
 
 
 def working_seconds() -> float:
@@ -129,13 +146,12 @@ def apart(work: Callable[[], object], kernels: str = "") -> None:
     if clock.running:
         work()
         return
-    started, clock.running = time.perf_counter(), True
+    clock.start()
     try:
         with _standard_error():
             run_interruptibly(lambda: _announced(work, kernels))
     finally:
-        clock.seconds += time.perf_counter() - started
-        clock.running = False
+        clock.stop()
 
 
 def once(key: Hashable, work: Callable[[], object], kernels: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector, boolean, read_only
 from ..foundation.text import counted
-from ..geometry.fields import Rows, checked_rows, frame_heights, in_rows, sample
+from ..geometry.fields import Rows, as_given, checked_rows, frame_heights, in_rows, sample
 from ..geometry.lattice import Lattice, patches_on_grid
 from ..geometry.numbering import Grid
 from ..geometry.on_arms import ArmField
@@ -48,6 +49,10 @@ class LatticeModel(ContactModel):
         Stiffness k of an elastic foundation: force per area and length (along a line: per length and length).
     noun : str
         What bends or is stretched, in a word.
+    given : mapping of str to Any
+        What tells load, support, ceiling, foundation and frame_height between the nodes, see
+        `contactqp.geometry.fields.as_given`, and the tension's source. What a variation of a model has changed is not
+        among them: it is known at the nodes alone.
     """
 
     node_area: Vector
@@ -101,6 +106,11 @@ class LatticeModel(ContactModel):
             np.negative(heights) if self.upwards and heights is not None else heights for heights in known
         )
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
+        fields = {"load": load, "support": support, "ceiling": ceiling, "foundation": foundation}
+        fields |= {"frame_height": frame_height}
+        plain = {name: self.without_unit(field, name) for name, field in fields.items() if field is not None}
+        told = {name: as_given(lattice, field, name, self.rows) for name, field in plain.items()}
+        self.given = MappingProxyType(told | {"tension": tension.source})
 
     @property
     def tension(self) -> Any:

@@ -15,12 +15,14 @@ import numpy as np
 from ..algebra.conditioning import digits_kept
 from ..backends.base import Answer, Backend, State, Stop
 from ..backends.contract import checked_answer
+from ..continuum.enclosed import continuum_of
+from ..continuum.result import Continuum
 from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, one_of, read_only
 from ..foundation.deadline import Deadline
 from ..foundation.interrupts import OutOfTime
-from ..foundation.loading import loading_seconds, working_seconds
+from ..foundation.loading import is_loading, loading_seconds, working_seconds
 from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.progress import Progress
 from ..foundation.text import at_most, counted
@@ -67,6 +69,7 @@ _LIMITS = {
 }
 
 _ABANDONED = "time limit; the call could not be stopped and was left behind"
+_LOADING = "; it was still loading libraries or compiling kernels, which passes once on a machine"
 _SHUT = "no force opens a gap: the admissible gap nearest to zero solves the problem"
 
 _OUTCOMES = {
@@ -229,7 +232,8 @@ def _asked(
             return deadline.work(ask, progress)
         except OutOfTime:
             best = None if questions is None else questions.best
-            answer = Answer(best, Stop.TIME_LIMIT, _ABANDONED, 0, 0.0, time.perf_counter() - deadline.started)
+            words = _ABANDONED + (_LOADING if is_loading() else "")
+            answer = Answer(best, Stop.TIME_LIMIT, words, 0, 0.0, time.perf_counter() - deadline.started)
             return answer, None if best is None or questions is None else questions.gap_of(best), None
 
 
@@ -347,7 +351,7 @@ class Solution:
             note="; ".join(part for part in (note, answer.note) if part),
             claimed_solved=answer.claimed,
             findings=answer.findings,
-            abandoned=answer.termination == _ABANDONED,
+            abandoned=answer.termination.startswith(_ABANDONED),
         )
         return cls(subject, request, run, verdict)
 
@@ -701,6 +705,48 @@ class Solution:
         from .sensitivity import Sensitivity
 
         return Sensitivity(self, tolerance)
+
+    def continuum(self, effort: Literal["energy"] = "energy") -> Continuum:
+        """Return what this answer proves of the membrane itself, its distance from the lattice included.
+
+        The certificate tells how far an answer is from the solution of the *lattice's* equations. This tells how far it
+        is from the membrane that the lattice stands for: without unknown constants, with all rounding, and for any
+        answer of any backend. The frame must run along lines of the lattice.
+
+        Parameters
+        ----------
+        effort : {"energy"}
+            Brackets of the potential energy, the energy norm of the error, and the contact error, in one pass; see
+            `contactqp.continuum.energy`.
+
+        Returns
+        -------
+        Continuum
+
+        Raises
+        ------
+        AttributeError
+            If there is no model, as of a bare problem.
+        TypeError
+            If it is not a model whose membrane can be enclosed.
+        ValueError
+            If ``effort`` is unknown, the answer is not finite, the lattice's frame does not run along its lines, or
+            support and ceiling leave no room for the frame.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> lattice = cq.Frame.rectangle(1, 1).lattice(spacing=1 / 32)
+        >>> membrane = cq.Membrane(lattice, tension=1.0, load=1.0, support=0.03)
+        >>> found = cq.solve(membrane, tol=1e-9).continuum()
+        >>> found.proven, found.energy_error < 0.0081, found.energy.lower < -0.013581 < found.energy.upper
+        (True, True, True)
+        """
+        one_of(effort, ("energy",), "effort")
+        model = self._physical("continuum")
+        if not self.finite:
+            raise ValueError(f"there is no finite answer to go on from: {self.backend} said {self.termination!r}")
+        return continuum_of(model, self.gap, effort)
 
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.

@@ -48,8 +48,9 @@ def solve(
     max_iter : int, optional
         Limit of the backend's iterations, >= 1.
     time_limit : float, optional
-        Limit in seconds, > 0, with set-up and judging. It is kept to within a second, or 5 % of it where that is more:
-        a call into a library that cannot be stopped is left behind, and runs on in the background.
+        Limit in seconds, > 0, with set-up, judging, and what a first call loads and compiles. It is kept to within a
+        second, or 5 % of it where that is more: a call into a library that cannot be stopped is left behind, and runs
+        on in the background.
     warm_start : array or Solution, optional
         A gap to start from, shape (n,), length. Clarabel and Mangasarian's linear program cannot use one. One whose
         energy is above that of a cold start, the admissible gap nearest to zero, is dropped.

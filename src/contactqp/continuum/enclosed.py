@@ -1,0 +1,40 @@
+"""What is proven of a model's continuous counterpart by an answer, whichever kind of model it is."""
+
+from __future__ import annotations
+
+from ..foundation.checks import Vector
+from ..models.base import ContactModel
+from ..models.membrane import Membrane
+from .data import Data
+from .energy import energy_bounds
+from .result import EXACT, SAMPLED, Continuum
+
+
+def continuum_of(model: ContactModel, gap: Vector, effort: str) -> Continuum:
+    """Return what an answer proves of the membrane that a model stands for.
+
+    Parameters
+    ----------
+    model : Membrane
+    gap : array, shape (n,)
+        Length.
+    effort : {"energy"}
+
+    Raises
+    ------
+    TypeError, ValueError
+        See `Solution.continuum`.
+    """
+    if not isinstance(model, Membrane):
+        raise TypeError(f"the continuous counterpart of a Membrane can be enclosed, not that of {model!r}")
+    data = Data.of(model)
+    found = energy_bounds(data, model.padded_below(gap))
+    return Continuum(
+        effort=effort,
+        data=SAMPLED if data.sampled else EXACT,
+        energy=found.energy,
+        energy_error=found.error,
+        energy_norm=found.norm,
+        contact_error=found.contact_error,
+        sampled=data.sampled,
+    )
