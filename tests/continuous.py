@@ -39,15 +39,16 @@ class Posed:
         )
         model = cq.Membrane(lattice, tension, load=load, support=0.0, frame_height=lambda x, y: -heights(x, y))
         self.solver = cq.Solver(model, "multigrid", tol=1e-9)
-        self.gap = self.problem.with_rim(self.resolve(self.problem.load))
+        self.gap = self.problem.with_rim(self.resolve(np.zeros(self.x.shape)))
         closure = self.problem.cells.closure
         at = [np.flatnonzero(closure.any(axis=axis)) for axis in (1, 0)]
         self.box = tuple(slice(places[0], places[-1] + 1) for places in at)
         """Rows and columns of the points that the region reaches."""
 
-    def resolve(self, load):
+    def resolve(self, change):
         numbering = self.lattice.numbering
-        solution = self.solver.solve(load=numbering.to_vector(load, ring=1), on_failure="ignore")
+        load = numbering.to_vector(self.problem.load + change, ring=1)
+        solution = self.solver.solve(load=load, on_failure="ignore")
         return numbering.to_grid(solution.gap, ring=1)
 
 

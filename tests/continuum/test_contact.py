@@ -5,12 +5,20 @@ import pytest
 from continuous import Posed, bowl, ring, ring_height
 
 import contactqp as cq
+from contactqp.continuum.cells import extreme_at_corners
 from contactqp.continuum.contact import contact_bounds
 from contactqp.continuum.pointwise import pointwise_bounds
 
 
-def decided(posed):
-    return contact_bounds(posed.problem, pointwise_bounds(posed.problem, posed.gap, posed.resolve))
+def decided(posed, bounds=None):
+    problem = posed.problem
+    bounds = pointwise_bounds(problem, posed.gap, posed.resolve) if bounds is None else bounds
+    least, most = (
+        extreme_at_corners(problem.load, extreme) + end
+        for extreme, end in zip((np.minimum, np.maximum), problem.load_range, strict=True)
+    )
+    gap = bounds.lower.on_cells(), bounds.upper.on_cells()
+    return contact_bounds(problem.cells, problem.tension, gap, (least, most))
 
 
 def middles(posed):
@@ -70,7 +78,7 @@ def test_the_ring_by_hand():
     """What is in contact is known from the largest gap on disks that a load of 2 must lift by r²/2."""
     posed = ring(48)
     bounds = pointwise_bounds(posed.problem, posed.gap, posed.resolve)
-    found = contact_bounds(posed.problem, bounds)
+    found = decided(posed, bounds)
     upper, h = bounds.upper.on_cells(), posed.lattice.spacing
     i, j = np.argwhere(found.contact)[0]
     windows = [upper[i - k : i + k + 1, j - k : j + k + 1].max() <= 2 * (k * h) ** 2 / 4 for k in range(1, 8)]

@@ -44,7 +44,7 @@ from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..geometry.numbering import Grid
 from .obstacle import ObstacleProblem
-from .splines import CellRanges, at_points, excess_along_rim, ranges_on_cells
+from .splines import CellRanges
 
 _SLACK = 8 * UNIT_ROUNDOFF
 """More than the roundings of three sums and products in a row, relative to the sum of their moduli."""
@@ -89,7 +89,7 @@ class Barrier:
 
     def at_points(self) -> Grid:
         """Return the bound at the points of the closed region, rounded outwards; nan elsewhere."""
-        values, error = at_points(self.coefficients)
+        values, error = self.problem.at_points(self.coefficients)
         moved = self._moved(values, self.multiple * _height_at_lines(self.problem), error)
         return np.where(self.problem.cells.closure, moved, np.nan)
 
@@ -122,9 +122,9 @@ def supersolution(problem: ObstacleProblem, coefficients: Grid) -> Barrier:
     (0.0, True, True)
     """
     inside = problem.cells.inside
-    ranges = ranges_on_cells(problem.cells, coefficients, problem.tension, problem.load)
+    ranges = problem.ranges(coefficients)
     defects = _above_zero(ranges.most_excess - problem.load_range[0], inside)
-    least, _ = excess_along_rim(problem.cells, coefficients, problem.heights)
+    least, _ = problem.excess_along_rim(coefficients)
     shift = _raised(problem.height_range[1] - least, -ranges.least[inside])
     return Barrier(problem, 1, coefficients, float(defects.max()), shift, ranges, defects)
 
@@ -148,9 +148,9 @@ def subsolution(problem: ObstacleProblem, coefficients: Grid) -> Barrier:
     (0.0, True)
     """
     inside = problem.cells.inside
-    ranges = ranges_on_cells(problem.cells, coefficients, problem.tension, problem.load)
+    ranges = problem.ranges(coefficients)
     defects = _above_zero(problem.load_range[1] - ranges.least_excess, inside)
-    _, most = excess_along_rim(problem.cells, coefficients, problem.heights)
+    _, most = problem.excess_along_rim(coefficients)
     least_shift = _raised(most - problem.height_range[0])
     shift, multiple = _best_shift(problem, ranges.most, defects, least_shift)
     return Barrier(problem, -1, coefficients, multiple, shift, ranges, defects)

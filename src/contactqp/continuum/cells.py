@@ -118,6 +118,12 @@ def largest_at_corners(cells: Grid) -> Grid:
     return np.maximum(rows[:, :-1], rows[:, 1:])
 
 
+def extreme_at_corners(points: Grid, extreme: np.ufunc) -> Grid:
+    """Return the extreme over the four corners of each cell."""
+    rows = extreme(points[:-1], points[1:])
+    return np.asarray(extreme(rows[:, :-1], rows[:, 1:]))
+
+
 def _about_points(cells: Mask) -> Mask:
     """Return the points whose four cells are all among some."""
     padded = np.pad(cells, 1)

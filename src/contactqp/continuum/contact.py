@@ -34,8 +34,7 @@ from ..foundation.checks import Mask
 from ..foundation.loading import load_modules
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..geometry.numbering import Grid
-from .obstacle import ObstacleProblem
-from .pointwise import PointwiseBounds
+from .cells import Cells
 
 _SLACK = 16 * UNIT_ROUNDOFF
 
@@ -68,44 +67,44 @@ class ContactBounds:
     free_boundary_width: float
 
 
-def contact_bounds(problem: ObstacleProblem, bounds: PointwiseBounds) -> ContactBounds:
+def contact_bounds(cells: Cells, tension: float, gap: tuple[Grid, Grid], load: tuple[Grid, Grid]) -> ContactBounds:
     """Return what bounds of the gap prove of the contact; see the module.
 
     Parameters
     ----------
-    problem : ObstacleProblem
-    bounds : PointwiseBounds
+    cells : Cells
+    tension : float
+        T (force per length).
+    gap : pair of arrays, shape (rows + 1, columns + 1)
+        A lower and an upper bound of the gap in each cell (length).
+    load : pair of arrays, shape (rows + 1, columns + 1)
+        A lower and an upper bound of q = p + TΔf in each cell (force per area); infinite where a support has a kink.
     """
-    inside = problem.cells.inside
-    clear = inside & (bounds.lower.on_cells() > 0.0)
-    contact = _in_contact(problem, bounds.upper.on_cells()) & ~clear
+    inside = cells.inside
+    clear = inside & (gap[0] > 0.0)
+    contact = _in_contact(cells, tension, gap[1], load[0]) & ~clear
     undecided = inside & ~clear & ~contact
-    cell = problem.cells.spacing**2
+    square = cells.spacing**2
     area = Bracket(
-        float(contact.sum() * cell * (1 - _SLACK)), float((contact.sum() + undecided.sum()) * cell * (1 + _SLACK))
+        float(contact.sum() * square * (1 - _SLACK)), float((contact.sum() + undecided.sum()) * square * (1 + _SLACK))
     )
-    return ContactBounds(
-        clear,
-        contact,
-        undecided,
-        area,
-        _reaction(problem, contact, undecided),
-        _width(problem, clear, contact, undecided),
+    # In contact the support bears q; a membrane may touch where that is not known to be positive.
+    borne = np.maximum(load[0], 0.0)[contact], np.maximum(load[1], 0.0)[contact | undecided]
+    reaction = Bracket(
+        max(0.0, sum_below(borne[0]) * square * (1 - _SLACK)), max(0.0, sum_above(borne[1]) * square * (1 + _SLACK))
     )
+    return ContactBounds(clear, contact, undecided, area, reaction, _width(cells, clear, contact, undecided))
 
 
-def _in_contact(problem: ObstacleProblem, upper: Grid) -> Mask:
+def _in_contact(cells: Cells, tension: float, upper: Grid, load: Grid) -> Mask:
     """Return the cells that are in contact by nondegeneracy."""
-    inside = problem.cells.inside
-    least_load = np.where(inside, _corners(problem.load, np.minimum) + problem.load_range[0], -np.inf)
-    least_load = least_load - _SLACK * np.abs(least_load, where=inside, out=np.zeros(inside.shape))
     # Beyond the region nothing is known, so that no square may reach there.
-    highest = np.where(inside, upper, np.inf)
-    found = np.zeros_like(inside)
+    least_load, highest = np.where(cells.inside, load, -np.inf), np.where(cells.inside, upper, np.inf)
+    found = np.zeros_like(cells.inside)
     for rings in range(1, _MOST_RINGS + 1):
         least_load, highest = _about(least_load, np.minimum, -np.inf), _about(highest, np.maximum, np.inf)
-        radius = rings * problem.cells.spacing
-        enough = np.maximum(least_load, 0.0) * (radius**2 / (4.0 * problem.tension)) * (1 - _SLACK)
+        radius = rings * cells.spacing
+        enough = np.maximum(least_load, 0.0) * (radius**2 / (4.0 * tension)) * (1 - _SLACK)
         new = (least_load > 0.0) & (highest <= enough) & ~found
         if rings > 3 and not new.any():
             break
@@ -120,32 +119,14 @@ def _about(cells: Grid, extreme: np.ufunc, beyond: float) -> Grid:
     return np.asarray(extreme(extreme(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:]))
 
 
-def _corners(points: Grid, extreme: np.ufunc) -> Grid:
-    rows = extreme(points[:-1], points[1:])
-    return np.asarray(extreme(rows[:, :-1], rows[:, 1:]))
-
-
-def _reaction(problem: ObstacleProblem, contact: Mask, undecided: Mask) -> Bracket:
-    low, high = (np.broadcast_to(end, contact.shape) for end in problem.load_range)
-    sums = _corners(problem.load, np.add)[contact] / 4.0
-    sizes = _corners(np.abs(problem.load), np.add)[contact] / 4.0
-    most = np.maximum(_corners(problem.load, np.maximum) + high, 0.0)[undecided]
-    least_force = sums + low[contact] - _SLACK * (sizes + np.abs(low[contact]))
-    most_force = sums + high[contact] + _SLACK * (sizes + np.abs(high[contact]))
-    cell = problem.cells.spacing**2
-    lower = sum_below(np.maximum(least_force, 0.0)) * cell
-    upper = sum_above(np.concatenate([most_force, most * (1 + _SLACK)])) * cell
-    return Bracket(max(0.0, lower * (1 - _SLACK)), max(0.0, upper * (1 + _SLACK)))
-
-
-def _width(problem: ObstacleProblem, clear: Mask, contact: Mask, undecided: Mask) -> float:
+def _width(cells: Cells, clear: Mask, contact: Mask, undecided: Mask) -> float:
     if not undecided.any() and (clear.any() ^ contact.any()):
         return 0.0
-    if not (problem.cells.convex and clear.any() and contact.any()):
+    if not (cells.convex and clear.any() and contact.any()):
         return np.inf
     load_modules("scipy.ndimage")
     from scipy.ndimage import distance_transform_edt
 
-    apart = [distance_transform_edt(~cells) for cells in (clear, contact)]
+    apart = [distance_transform_edt(~known) for known in (clear, contact)]
     farthest = np.maximum(*apart).max(where=undecided, initial=0.0)
-    return float(farthest * problem.cells.spacing * (1 + _SLACK))
+    return float(farthest * cells.spacing * (1 + _SLACK))

@@ -25,7 +25,7 @@ from .cells import largest_at_corners
 from .obstacle import ObstacleProblem
 
 Resolve: TypeAlias = Callable[[Grid], Grid]
-"""Returns the lattice's gap under another load q at the points; both arrays have shape (rows + 2, columns + 2)."""
+"""Returns the lattice's gap after its load changes at the points; both arrays have shape (rows + 2, columns + 2)."""
 
 _OVER = 1.15
 """How much more than what a cell has missed the load is changed by: the answer's response is spread out."""
@@ -104,7 +104,7 @@ def _sharpened(
     bound_from: Callable[[ObstacleProblem, Grid, Grid], Barrier],
 ) -> tuple[Barrier, int]:
     """Return the best bound of some rounds, and how many there were."""
-    load = np.array(problem.load)
+    load = np.array(problem.wanted)
     latest = best = bound_from(problem, gap, load)
     least, before = _distance(best, gap), None
     for done in range(rounds):
@@ -112,7 +112,7 @@ def _sharpened(
         if not np.isfinite(missed).all() or problem.largest_height * missed.max() <= _SPENT * least:
             return best, done
         load = load - latest.side * (_over(missed, before if latest.side > 0 else None) * missed)
-        latest, before = bound_from(problem, resolve(load), load), missed
+        latest, before = bound_from(problem, resolve(load - problem.wanted), load), missed
         distance = _distance(latest, gap)
         improved, worth = distance < least, distance <= _WORTH * least
         if improved:

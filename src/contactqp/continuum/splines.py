@@ -147,3 +147,39 @@ def excess_along_rim(cells: Cells, coefficients: Grid, heights: Grid) -> tuple[V
         found.append((np.minimum.reduce(bernstein) - error, np.maximum.reduce(bernstein) + error))
     (least, most), (others_least, others_most) = found
     return np.concatenate([least, others_least]), np.concatenate([most, others_most])
+
+
+def excess_on_cells(cells: Cells, coefficients: Grid, field: Grid) -> tuple[Grid, Grid]:
+    """Return the least and the largest of a spline less a bilinear field in each cell; nan outside.
+
+    Parameters
+    ----------
+    coefficients : array, shape (rows + 4, columns + 4)
+    field : array, shape (rows + 2, columns + 2)
+        Values at the points.
+    """
+    least, most = np.full(cells.inside.shape, np.inf), np.full(cells.inside.shape, -np.inf)
+    rows, columns = cells.inside.shape
+    for down in range(4):
+        column = _bernstein([coefficients[k : k + rows] for k in range(4)], down)
+        beside = (3.0 - down) * field[:-1] + down * field[1:]
+        for right in range(4):
+            value = _bernstein([column[:, k : k + columns] for k in range(4)], right) / 36.0
+            value -= ((3.0 - right) * beside[:, :-1] + right * beside[:, 1:]) / 9.0
+            np.minimum(least, value, out=least)
+            np.maximum(most, value, out=most)
+    sizes = np.abs(coefficients).max() + np.abs(field).max(where=cells.closure, initial=0.0)
+    error = 2.0 * _ERROR * float(sizes) + UNDERFLOW
+    return np.where(cells.inside, least - error, np.nan), np.where(cells.inside, most + error, np.nan)
+
+
+def _bernstein(lines: list[Grid], part: int) -> Grid:
+    """Return six times one of the Bernstein coefficients of cubic splines from four lines of coefficients."""
+    first, second, third, fourth = lines
+    formed = (
+        lambda: (first + 4.0 * second) + third,
+        lambda: 4.0 * second + 2.0 * third,
+        lambda: 2.0 * second + 4.0 * third,
+        lambda: (second + 4.0 * third) + fourth,
+    )
+    return formed[part]()

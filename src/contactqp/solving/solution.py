@@ -28,6 +28,7 @@ from ..foundation.progress import Progress
 from ..foundation.text import at_most, counted
 from ..methods.factors import DIRECT_SIZE
 from ..models.base import ContactModel, ForceBalance, split
+from ..models.membrane import Membrane
 from ..models.records import held_reaction
 from ..problem.contact_problem import ContactProblem
 from ..problem.posed import Units
@@ -41,6 +42,7 @@ from ..proof.sharper import sharper
 from ..proof.status import DISCRETE, Status
 from .choice import chosen_backend
 from .request import Request
+from .resolved import Resolved
 from .starts import useful_start
 
 if TYPE_CHECKING:
@@ -706,7 +708,7 @@ class Solution:
 
         return Sensitivity(self, tolerance)
 
-    def continuum(self, effort: Literal["energy"] = "energy") -> Continuum:
+    def continuum(self, effort: Literal["energy", "pointwise"] = "energy") -> Continuum:
         """Return what this answer proves of the membrane itself, its distance from the lattice included.
 
         The certificate tells how far an answer is from the solution of the *lattice's* equations. This tells how far it
@@ -715,9 +717,12 @@ class Solution:
 
         Parameters
         ----------
-        effort : {"energy"}
-            Brackets of the potential energy, the energy norm of the error, and the contact error, in one pass; see
-            `contactqp.continuum.energy`.
+        effort : {"energy", "pointwise"}
+            ``"energy"``: brackets of the potential energy, the energy norm of the error, and the contact error, in one
+            pass; see `contactqp.continuum.energy`. ``"pointwise"``: besides, bounds of the deflection at every point,
+            of the contact area, the total reaction and the free boundary, for a membrane of one tension over one
+            support; the lattice is solved again a few times for that, from this answer on, which takes some five to ten
+            times as long as a solve. See `contactqp.continuum.pointwise`.
 
         Returns
         -------
@@ -742,11 +747,14 @@ class Solution:
         >>> found.proven, found.energy_error < 0.0081, found.energy.lower < -0.013581 < found.energy.upper
         (True, True, True)
         """
-        one_of(effort, ("energy",), "effort")
+        one_of(effort, ("energy", "pointwise"), "effort")
         model = self._physical("continuum")
         if not self.finite:
             raise ValueError(f"there is no finite answer to go on from: {self.backend} said {self.termination!r}")
-        return continuum_of(model, self.gap, effort)
+        resolve = None
+        if effort == "pointwise" and isinstance(model, Membrane):
+            resolve = Resolved(model, self.gap, Solution.by)
+        return continuum_of(model, self.gap, effort, resolve)
 
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
