@@ -31,6 +31,7 @@ from .algebra.stencil import Stencil
 from .backends import backend_names
 from .comparison.compare import compare
 from .comparison.comparison import Comparison
+from .continuum.estimate import DiscretisationEstimate
 from .continuum.result import Continuum
 from .errors import (
     CaseFileError,
@@ -67,6 +68,7 @@ from .proof.energy import complementary_energy, energy_bracket, feasible, potent
 from .proof.residuals import Residuals
 from .proof.status import Status
 from .refinement.refine import Refinement, refine
+from .refinement.solve_to import SolvedTo, solve_to
 from .solving.loaded import load_solution
 from .solving.many import solve_many
 from .solving.solution import Solution
@@ -85,6 +87,7 @@ __all__ = [
     "ContactQP",
     "ContactWarning",
     "Continuum",
+    "DiscretisationEstimate",
     "Events",
     "Frame",
     "Lattice",
@@ -98,6 +101,7 @@ __all__ = [
     "Residuals",
     "Smooth",
     "Solution",
+    "SolvedTo",
     "Solver",
     "Status",
     "Stencil",
@@ -126,6 +130,7 @@ __all__ = [
     "refine",
     "solve",
     "solve_many",
+    "solve_to",
     "study",
     "trace",
 ]

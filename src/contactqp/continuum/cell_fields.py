@@ -102,7 +102,8 @@ def array_field(plan: Plan, values: Grid, *, exact: bool = True) -> CellField:
     """Return the field that is the bilinear interpolant of values at the points, shape (rows + 2, columns + 2)."""
     corners = [plan.at_corner(values, corner) for corner in range(4)]
     none: Grid = np.broadcast_to(np.float64(0.0), plan.squares.shape)
-    lower, upper = np.minimum.reduce(corners), np.maximum.reduce(corners)
+    lower: Grid = np.asarray(np.minimum.reduce(corners))
+    upper: Grid = np.asarray(np.maximum.reduce(corners))
     # Where a corner has no support, the square has none.
     return CellField(
         *(values, none, none, none, none, exact),

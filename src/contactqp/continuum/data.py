@@ -64,13 +64,14 @@ class Data:
         lattice = model.lattice
         if lattice.cuts is not None:
             raise ValueError(
-                f"{lattice!r}: the frame must run through points of the lattice; one that cuts arms is not "
-                "among those whose membrane can be enclosed; take fitted=False and a spacing that fits"
+                f"{lattice!r}: its frame cuts arms between the points of the lattice, and only one that runs "
+                "along lines of the lattice can be enclosed; take fitted=False and a spacing that fits"
             )
-        if lattice.overshoot:
+        if lattice.overshoot or lattice.slanted:
+            how = "lies beside the lattice's points" if lattice.overshoot else "has slanted sides"
             raise ValueError(
-                f"{lattice!r}: the frame's points lie beside its contour, so that the lattice says nothing "
-                "proven of that membrane; choose a contour along lines of the lattice, or a spacing that fits"
+                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice can be "
+                "enclosed: Lattice.from_mask(lattice.mask, lattice.spacing, lattice.origin) has one that goes in steps"
             )
         return cls(model, Plan(lattice))
 
@@ -190,6 +191,11 @@ class Data:
             least = [np.broadcast_to(self.tensions(axis, k).least, self.plan.squares.shape) for k in range(4)]
             found.append(min(float(np.min(one[self.plan.squares])) for one in least))
         return found[0], found[1]
+
+    def tension_at_points(self, which: int) -> Grid:
+        """Return the tension along x (0) or y (1) that an array tells, at the points (force per length)."""
+        kept = self._tension_fields[which]
+        return np.asarray(kept) if isinstance(kept, np.ndarray) else np.full(self.plan.nodes.shape, np.nan)
 
     def _along(self, axis: int) -> int:
         return 0 if axis == 1 else len(self.model.tension_of_arms.fields) - 1

@@ -40,6 +40,8 @@ class MembraneBounds:
         Of the largest depth of the membrane, positive downwards (length).
     contact : ContactBounds
         Which of the squares it touches the support in.
+    data_part : float
+        How much of ``error_bound`` comes, at most, of data that are known up to a range between the nodes (length).
     rounds : (int, int)
         How often the lattice's problem was solved again, for the lower and the upper bound of the gap.
     """
@@ -53,6 +55,7 @@ class MembraneBounds:
     error_bound: float
     largest_depth: Bracket
     contact: ContactBounds
+    data_part: float
     rounds: tuple[int, int]
 
 
@@ -109,6 +112,7 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
         error_bound=float(error.max(where=nodes, initial=0.0)) * (1 + 1e-15),
         largest_depth=Bracket(float(low_depth.max()), _deepest(data, posed, bounds.lower)),
         contact=contact,
+        data_part=posed.data_part,
         rounds=bounds.rounds,
     )
 

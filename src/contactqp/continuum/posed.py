@@ -58,6 +58,15 @@ class Posed:
     load: tuple[Grid, Grid]
 
     @property
+    def data_part(self) -> float:
+        """How far bounds may be apart because data are known up to a range between the nodes (length)."""
+        problem = self.problem
+        apart = np.asarray(problem.load_range[1]) - np.asarray(problem.load_range[0])
+        apart = np.broadcast_to(apart, problem.cells.inside.shape)
+        loads = float(apart.max(where=problem.cells.inside, initial=0.0)) * problem.largest_height
+        return loads + (problem.height_range[1] - problem.height_range[0]) + (self.rest[1] - self.rest[0])
+
+    @property
     def gap_moves(self) -> tuple[float, float]:
         """What is added to a lower and to an upper bound of the problem's gap for one of the membrane's (length)."""
         least, most = self.rest

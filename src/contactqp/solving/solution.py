@@ -16,6 +16,7 @@ from ..algebra.conditioning import digits_kept
 from ..backends.base import Answer, Backend, State, Stop
 from ..backends.contract import checked_answer
 from ..continuum.enclosed import continuum_of
+from ..continuum.estimate import DiscretisationEstimate, discretisation_estimate
 from ..continuum.result import Continuum
 from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
@@ -671,8 +672,7 @@ class Solution:
         >>> exact.status.value, exact.certificate.gap_bound < rough.certificate.gap_bound
         ('certified', True)
         """
-        if not self.finite:
-            raise ValueError(f"there is no finite answer to go on from: {self.backend} said {self.termination!r}")
+        self._require_finite()
         request = Request.of(self.tol if tol is None else tol)
         method, note = chosen_backend("active-set", self.problem, {})
         polished = Solution.by(method, self.subject, request, warm_start=self.gap, note=note)
@@ -749,12 +749,43 @@ class Solution:
         """
         one_of(effort, ("energy", "pointwise"), "effort")
         model = self._physical("continuum")
+        self._require_finite()
+        pointwise = effort == "pointwise" and isinstance(model, Membrane)
+        return continuum_of(model, self.gap, effort, Resolved(model, self.gap, Solution.by) if pointwise else None)
+
+    def discretisation_estimate(self) -> DiscretisationEstimate:
+        """Estimate how far the lattice's deflections are from the membrane's, from lattices of other spacings.
+
+        The model is solved again with half the spacing, which takes about four times what this answer took, and, where
+        its frame runs along lines of a lattice of twice the spacing, on that one, too. Nothing is proven by it: see
+        `continuum` for what is. On the gallery's membranes with closed forms the largest error is estimated to within
+        0.7 to 1.5 of the true one.
+
+        Returns
+        -------
+        DiscretisationEstimate
+
+        Raises
+        ------
+        AttributeError
+            If there is no model, as of a bare problem.
+        TypeError, ValueError
+            If it is no membrane whose frame runs along lines of the lattice, or the answer is not finite.
+        """
+        model = self._physical("discretisation_estimate")
+        self._require_finite()
+
+        def solve(relative: Membrane) -> Vector:
+            method, note = chosen_backend("auto", relative.problem, {})
+            answer = Solution.by(method, relative, Request.of(self.tol), note=note)
+            answer.report("warn")
+            return answer.gap
+
+        return discretisation_estimate(model, self.gap, solve)
+
+    def _require_finite(self) -> None:
         if not self.finite:
             raise ValueError(f"there is no finite answer to go on from: {self.backend} said {self.termination!r}")
-        resolve = None
-        if effort == "pointwise" and isinstance(model, Membrane):
-            resolve = Resolved(model, self.gap, Solution.by)
-        return continuum_of(model, self.gap, effort, resolve)
 
     def to_dataset(self) -> xr.Dataset:
         """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
