@@ -42,6 +42,7 @@ from .errors import (
     UnsuitableProblemError,
 )
 from .explorer.page import explore
+from .geometry.between import between
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
 from .geometry.smooth import Smooth
@@ -69,6 +70,7 @@ from .proof.residuals import Residuals
 from .proof.status import Status
 from .refinement.refine import Refinement, refine
 from .refinement.solve_to import SolvedTo, solve_to
+from .solving.family import Family, solve_between
 from .solving.loaded import load_solution
 from .solving.many import solve_many
 from .solving.solution import Solution
@@ -89,6 +91,7 @@ __all__ = [
     "Continuum",
     "DiscretisationEstimate",
     "Events",
+    "Family",
     "Frame",
     "Lattice",
     "LoadPath",
@@ -111,6 +114,7 @@ __all__ = [
     "UnknownBackendError",
     "UnsuitableProblemError",
     "backend_names",
+    "between",
     "certify",
     "compare",
     "complementary_energy",
@@ -129,6 +133,7 @@ __all__ = [
     "read_surface",
     "refine",
     "solve",
+    "solve_between",
     "solve_many",
     "solve_to",
     "study",

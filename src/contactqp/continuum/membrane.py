@@ -34,6 +34,8 @@ class MembraneBounds:
     gap_lower_in_cells, gap_upper_in_cells : array, shape (rows + 1, columns + 1)
         Bounds of its gap in the squares between the points of the lattice's array with a ring about it; nan in squares
         that do not belong to it.
+    edges : pair of arrays, shapes (columns + 2,) and (rows + 2,)
+        x and y of the lines between these squares (length).
     error_bound : float
         Bound of the distance of the answer from the membrane at the nodes (length).
     largest_depth : Bracket
@@ -52,6 +54,7 @@ class MembraneBounds:
     gap_upper: Vector
     gap_lower_in_cells: Grid
     gap_upper_in_cells: Grid
+    edges: tuple[Vector, Vector]
     error_bound: float
     largest_depth: Bracket
     contact: ContactBounds
@@ -109,6 +112,7 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
         gap_upper=numbering.to_vector(most_gap, ring=1),
         gap_lower_in_cells=in_cells[0],
         gap_upper_in_cells=in_cells[1],
+        edges=(data.plan.places[0].ravel(), data.plan.places[1].ravel()),
         error_bound=float(error.max(where=nodes, initial=0.0)) * (1 + 1e-15),
         largest_depth=Bracket(float(low_depth.max()), _deepest(data, posed, bounds.lower)),
         contact=contact,

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Vector
+from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.text import at_most, folded, rounded_outwards
+from ..plotting.of_squares import map_of_squares
 from .contact import ContactBounds
 from .membrane import MembraneBounds
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 EXACT, SAMPLED = "exact", "sampled data"
 
@@ -100,6 +106,27 @@ class Continuum:
     def largest_depth(self) -> Bracket:
         """Bracket of the membrane's largest depth, positive downwards (length); needs effort="pointwise"."""
         return self._at_points("largest_depth").largest_depth
+
+    def plot(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw where the membrane touches: clear, in contact, and the strip that holds the free boundary.
+
+        Needs effort="pointwise".
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own to draw into; by default there is a new figure, which shows itself in a notebook.
+        title : str, optional
+            Headline in place of the picture's own.
+        units : str or mapping, optional
+            Unit of length for labels.
+        """
+        found = self._at_points("plot")
+        contact = found.contact
+        states = contact.clear, contact.undecided, contact.contact
+        share = contact.undecided.sum() / sum(state.sum() for state in states)
+        own = f"the membrane itself: all is decided but for {at_most(100 * share)} % of the area"
+        return map_of_squares(found.edges, states, Wanted(ax, None, title, units), own)
 
     def _at_points(self, name: str) -> MembraneBounds:
         if self.pointwise is None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..foundation.checks import Vector, finite_number, positive_number
 from ..foundation.text import span_of
+from ..geometry.between import Between
 from ..geometry.fields import FieldLike, Rows, as_given
 from ..geometry.lattice import Lattice
 from ..geometry.on_arms import ArmField, on_arms
@@ -44,6 +45,9 @@ class Tension:
         """
         if isinstance(value, Tension):
             return value
+        if isinstance(value, Between):
+            ends = (positive_number(value.lower, "tension between"), positive_number(value.upper, "tension between"))
+            value = sum(ends) / 2
         pair = isinstance(value, tuple)
         if pair and len(value) != len(along):
             wanted = "a pair, along x and along y" if len(along) == 2 else "one, a cable's"
