@@ -750,8 +750,9 @@ class Solution:
         one_of(effort, ("energy", "pointwise"), "effort")
         model = self._physical("continuum")
         self._require_finite()
-        pointwise = effort == "pointwise" and isinstance(model, Membrane)
-        return continuum_of(model, self.gap, effort, Resolved(model, self.gap, Solution.by) if pointwise else None)
+        if effort == "pointwise" and isinstance(model, Membrane):
+            return continuum_of(model, self.gap, effort, Resolved(model, self.gap, Solution.by))
+        return continuum_of(model, self.gap, effort)
 
     def discretisation_estimate(self) -> DiscretisationEstimate:
         """Estimate how far the lattice's deflections are from the membrane's, from lattices of other spacings.
