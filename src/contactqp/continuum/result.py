@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..foundation.brackets import Bracket
+from ..foundation.checks import Vector
+from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.text import at_most, folded, rounded_outwards
+from ..plotting.of_squares import map_of_squares
+from .contact import ContactBounds
+from .membrane import MembraneBounds
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 EXACT, SAMPLED = "exact", "sampled data"
 
@@ -38,6 +47,8 @@ class Continuum:
     contact_error : float
         Bound of ∫R*(f - v), the work of the membrane's reaction on what is left of a gap where it touches (force times
         length); v is the interpolant, lowered where it would cross a curved support between the nodes.
+    pointwise : MembraneBounds or None
+        With ``effort="pointwise"``: bounds of the membrane at every point, and of where it touches.
 
     Examples
     --------
@@ -59,6 +70,7 @@ class Continuum:
     energy_norm: float
     contact_error: float
     sampled: tuple[str, ...] = ()
+    pointwise: MembraneBounds | None = None
 
     @property
     def proven(self) -> bool:
@@ -70,6 +82,57 @@ class Continuum:
         """`energy_error` over the norm of the interpolant; infinite if that is zero."""
         return self.energy_error / self.energy_norm if self.energy_norm else np.inf
 
+    @property
+    def lower(self) -> Vector:
+        """Lower bounds of the membrane's deflection at the nodes (length), shape (n,); needs effort="pointwise"."""
+        return self._at_points("lower").lower
+
+    @property
+    def upper(self) -> Vector:
+        """Upper bounds of the membrane's deflection at the nodes (length), shape (n,); needs effort="pointwise"."""
+        return self._at_points("upper").upper
+
+    @property
+    def error_bound(self) -> float:
+        """Bound of the answer's distance from the membrane at the nodes (length); needs effort="pointwise"."""
+        return self._at_points("error_bound").error_bound
+
+    @property
+    def contact(self) -> ContactBounds:
+        """Where the membrane touches, see `ContactBounds`; needs effort="pointwise"."""
+        return self._at_points("contact").contact
+
+    @property
+    def largest_depth(self) -> Bracket:
+        """Bracket of the membrane's largest depth, positive downwards (length); needs effort="pointwise"."""
+        return self._at_points("largest_depth").largest_depth
+
+    def plot(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw where the membrane touches: clear, in contact, and the strip that holds the free boundary.
+
+        Needs effort="pointwise".
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own to draw into; by default there is a new figure, which shows itself in a notebook.
+        title : str, optional
+            Headline in place of the picture's own.
+        units : str or mapping, optional
+            Unit of length for labels.
+        """
+        found = self._at_points("plot")
+        contact = found.contact
+        states = contact.clear, contact.undecided, contact.contact
+        share = contact.undecided.sum() / sum(state.sum() for state in states)
+        own = f"the membrane itself: all is decided but for {at_most(100 * share)} % of the area"
+        return map_of_squares(found.edges, states, Wanted(ax, None, title, units), own)
+
+    def _at_points(self, name: str) -> MembraneBounds:
+        if self.pointwise is None:
+            raise AttributeError(f"{name} needs solution.continuum(effort='pointwise'), this is {self.effort!r}")
+        return self.pointwise
+
     def _facts(self) -> Iterator[tuple[str, str]]:
         lower, upper = rounded_outwards(*self.energy, digits=7)
         yield "data", self.data + (f": {', '.join(self.sampled)}" if self.sampled else "")
@@ -77,6 +140,22 @@ class Continuum:
         share = f", {at_most(100 * self.relative_energy_error)} % of the norm" if self.energy_norm else ""
         yield "energy-norm error", f"<= {at_most(self.energy_error)}{share}"
         yield "contact error", f"<= {at_most(self.contact_error)} (force times length)"
+        if self.pointwise is not None:
+            yield from self._facts_at_points(self.pointwise)
+
+    @staticmethod
+    def _facts_at_points(found: MembraneBounds) -> Iterator[tuple[str, str]]:
+        yield "error at nodes", f"<= {at_most(found.error_bound)} (length)"
+        contact = found.contact
+        for name, bracket, unit in (
+            ("largest depth", found.largest_depth, "length"),
+            ("contact area", contact.area, "length squared"),
+            ("total reaction", contact.reaction, "force"),
+        ):
+            lower, upper = rounded_outwards(*bracket, digits=6)
+            yield name, f"{lower!r} to {upper!r} ({unit})"
+        if np.isfinite(contact.free_boundary_width):
+            yield "free boundary", f"within {at_most(contact.free_boundary_width)} (length) of the undecided squares"
 
     def __str__(self) -> str:
         words = "proven of the membrane itself" if self.proven else "computed of the membrane, not proven"
