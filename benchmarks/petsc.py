@@ -3,8 +3,8 @@
     contactqp bench run benchmarks/petsc.py                   # up to 1023 x 1023 nodes, and a mesh of 10^6 unknowns
     contactqp bench run benchmarks/petsc.py --largest 255     # smaller ones
 
-The time is that of `cq.solve` with tol 1e-6, of a problem that is made before, without what the loading of libraries and
-the start of PETSc's worker take. PETSc is timed once.
+The time is that of `cq.solve` with tol 1e-6, of a problem that is made before, without what the loading of libraries
+and the start of PETSc's worker take. PETSc is timed once.
 """
 
 from __future__ import annotations

@@ -28,6 +28,7 @@ SEARCHES: dict[str, tuple[str, ...]] = {
     "own-matrix": ("own matrix", "scipy sparse matrix", "complementarity problem"),
     "paraview": ("paraview", "vtk", "open in 3d"),
     "periodic": ("periodic", "singular matrix", "rough surface repeats"),
+    "petsc": ("PETSc", "SNESVI", "petsc4py"),
     "pictures": ("plot result", "draw", "matplotlib figure"),
     "plates": ("plate", "thin sheet bending"),
     "plug-in": ("plug-in", "add my own solver"),

@@ -50,6 +50,7 @@ _FOR_RANKS = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_mpi_yield_when_idle": "1",  # others may have work for the core on which a rank waits
     "OMPI_MCA_ess_singleton_isolated": "1",  # a single process needs no daemon, whose start takes a second
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
 }

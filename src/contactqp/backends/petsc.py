@@ -33,6 +33,7 @@ class Petsc(Backend):
     licence: ClassVar[str] = "BSD-2-Clause"
     iteration_unit: ClassVar[str] = "step"
     has_own_defaults: ClassVar[bool] = True
+    practical_size: ClassVar[int | None] = 100_000
     reachable_tol: ClassVar[float | None] = 1e-14
 
     def prepare(
@@ -50,8 +51,10 @@ class Petsc(Backend):
         Parameters
         ----------
         problem, task
-            See `Backend.solve`. With the library's own defaults it is called once, with the linear solver and the
-            tolerances that PETSc is shipped with.
+            See `Backend.solve`. Without a warm start, more than some thousand unknowns start from the solution of
+            coarser problems, which GAMG makes, since else the contact set would move by a layer of nodes in each step.
+            With the library's own defaults it is called once, with the linear solver and the tolerances that PETSc is
+            shipped with.
         ranks : int
             Processes that share the work, started by ``mpiexec``.
         petsc_options : mapping of str to str, number or None, optional

@@ -25,8 +25,14 @@ METHOD = "vinewtonrsls"
 
 _TIME, _OFTEN, _SELDOM, _SOON = "time limit", 0.001, 0.02, 0.5
 
-_ROUGH, _FEW = 1e-3, 50
+_ROUGH, _FEW = 1e-6, 50
 """How far the residual of a coarser problem is to fall, and the limit of its steps: it is but a start."""
+
+_CLOSE = {"pc_gamg_aggressive_coarsening": 0, "pc_gamg_square_graph": 0, "pc_gamg_agg_nsmooths": 2}
+"""Coarser problems for a start are closer to the finer ones than those of a preconditioner, or the contact set is off.
+
+The first two are names of one option, in releases after each other.
+"""
 
 _INFINITE = 1e300
 """What counts as no bound: PETSc's own infinity is less than that of floating-point numbers."""
@@ -81,7 +87,7 @@ class System:
         numbers = (np.array(given, dtype=PETSc.IntType) for given in (rows - rows[0], matrix["indices"][part]))
         csr = (*numbers, np.array(matrix["data"][part]))
         local = self.mine.stop - first, size
-        with _guard, self._told():
+        with _guard, self._told(self._options):
             self.program = _Program(PETSc.Mat().createAIJ((local, local), csr=csr, comm=self.comm))
             self._share = PETSc.Vec().createMPI((1, self.ranks), comm=self.comm)
         self._fresh = True
@@ -117,7 +123,7 @@ class System:
             norm of the "residual".
         """
         infinity, program, log = float(self._petsc.INFINITY), self.program, _Log(self, told)
-        with _guard, self._told():
+        with _guard, self._told(self._options):
             for vector, name in ((program.forces, "q"), (program.lower, "l"), (program.upper, "u")):
                 vector.setArray(np.clip(vectors[name][self.mine], -infinity, infinity))
             word = _TIME
@@ -166,7 +172,8 @@ class System:
 
         From zero the contact set would move by a layer of nodes in each step.
         """
-        levels = self._multigrid(self.program.matrix, self.program.matrix)
+        with self._told({**_CLOSE, **self._options}):
+            levels = self._multigrid(self.program.matrix, self.program.matrix)
         programs, fine = [self.program], self.program
         for level in range(levels.getMGLevels() - 1, 0, -1):
             between = levels.getMGInterpolation(level)
@@ -188,16 +195,19 @@ class System:
         return found
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
-        """Put the options into PETSc's database, and take them out of it."""
+    def _told(self, options: Mapping[str, Any]) -> Iterator[None]:
+        """Put options into PETSc's database, and restore it after that."""
         database = self._petsc.Options()
-        for name, value in self._options.items():
+        before = {name: database.getString(name) for name in options if database.hasName(name)}
+        for name, value in options.items():
             database.setValue(name, _text(value))
         try:
             yield
         finally:
-            for name in self._options:
+            for name in options:
                 database.delValue(name)
+            for name, text in before.items():
+                database.setValue(name, text)
 
 
 class _Program:
