@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .._version import __version__
 from ..foundation.brackets import Bracket, sum_above, sum_below
 from ..foundation.checks import Vector
-from ..foundation.text import at_most
+from ..foundation.text import at_most, counted
 from ..io.fields import Field
 from ..models.base import ForceBalance
 from ..models.records import states_of
@@ -307,7 +307,8 @@ class AnswerByRows:
         balance, ranks = self.force_balance, self.posed.ranks
         area, reaction, energy = self.contact_area, self.total_reaction, self.energy_bracket
         lines = [
-            f"AnswerByRows: {self.status.value}, multigrid of {ranks.size} processes, {self.iterations} cycles, "
+            f"AnswerByRows: {self.status.value}, multigrid of {counted(ranks.size, 'process', 'processes')}, "
+            f"{counted(self.iterations, 'cycle')}, "
             f"{self.seconds:.2f} s",
             f"  problem     {self.membrane!r}",
             f"  gap error   <= {at_most(self.gap_bound)} (certified), {at_most(self.relative_bound, 1)} of the error "

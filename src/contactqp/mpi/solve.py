@@ -11,6 +11,7 @@ import numpy as np
 from ..backends.base import Stop
 from ..backends.multigrid import MAX_CYCLES, CycleLog
 from ..foundation.checks import Vector, integer_at_least
+from ..foundation.text import counted
 from ..foundation.threads import Team
 from ..methods.multigrid.nested import nested_start
 from ..methods.multigrid.strips import LEAST_ROWS
@@ -114,7 +115,7 @@ def solve(
         posed=posed,
         tol=task.tol,
         status=Status.CERTIFIED if good else _LIMITS[stop],
-        termination=f"{why} after {log.cycles} cycles",
+        termination=f"{why} after {counted(log.cycles, 'cycle')}",
         measures=measures,
         certificate=certificate,
         iterations=log.cycles,
