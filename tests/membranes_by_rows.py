@@ -5,11 +5,6 @@ import numpy as np
 import contactqp as cq
 
 
-def plain():
-    """A rectangle over a plane, one more row than a power of two."""
-    return cq.mpi.MembraneByRows((129, 101), 0.01, 1.0, load=1.0, support=0.02)
-
-
 def masked():
     """A disk with a hole, off the lattice's middle, over a paraboloid with a gap in it."""
     rows, columns = 151, 120
@@ -55,4 +50,5 @@ def upwards():
     )
 
 
-CASES = {"plain": plain, "masked": masked, "between": between, "upwards": upwards}
+CASES = {"masked": masked, "between": between, "upwards": upwards}
+SIZES = {"masked": (1, 2, 3, 5), "between": (1, 2, 3, 5), "upwards": (1, 3)}

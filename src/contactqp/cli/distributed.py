@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,13 +13,15 @@ from .application import EXIT_BAD_INPUT, EXIT_NOT_CERTIFIED, EXIT_OK, check_outp
 if TYPE_CHECKING:
     from ..mpi.ranks import Ranks
 
-_SIZES = "OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS", "PMIX_SIZE"
+_SIZES = "OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS"
 """Variables of the environment in which launchers tell how many processes they have started."""
 
 
 def processes_started() -> int:
     """Return how many processes of an MPI program this is one of; 1 where no launcher says so."""
     told = [os.environ[name] for name in _SIZES if name in os.environ]
+    if "PMIX_RANK" in os.environ:  # as Slurm's srun starts processes
+        told.append(os.environ.get("SLURM_NTASKS", "1"))
     return max((int(size) for size in told if size.isdigit()), default=1)
 
 
@@ -38,11 +39,9 @@ def solve_together(
 
     ranks = Ranks()
     try:
-        return _solved(ranks, case, backend, tol, time_limit, out, plot)
+        with ranks.ended_together():
+            return _solved(ranks, case, backend, tol, time_limit, out, plot)
     except Exception:
-        if not ranks.failed_alike():
-            traceback.print_exc()
-            ranks.comm.Abort(EXIT_NOT_CERTIFIED)
         if ranks.rank == 0:
             raise
         return EXIT_BAD_INPUT
@@ -57,6 +56,11 @@ def _solved(
     out: Path | None,
     plot: Path | None,
 ) -> int:
+    if ranks.size == 1:
+        raise ValueError(
+            f"{processes_started()} processes were started, but each is alone by its MPI: mpiexec belongs to another "
+            "MPI than mpi4py; start them by the mpiexec of that"
+        )
     if backend not in ("auto", "multigrid"):
         raise ValueError(f"--backend {backend}: several processes solve by multigrid only; leave it out")
     if plot is not None:

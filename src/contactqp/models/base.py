@@ -185,6 +185,8 @@ class ContactModel(ABC):
     """A problem of other forces that this one can share all else with."""
     _alike: ContactQP | None = None
     """A problem of the same stiffness, of which the facts can be shared."""
+    given: Mapping[str, Any] = MappingProxyType({})
+    """What the model was made from, by name and without units, of data that are fields; see `LatticeModel`."""
 
     @property
     @abstractmethod

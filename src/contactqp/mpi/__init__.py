@@ -16,5 +16,6 @@ from .answer import AnswerByRows
 from .cases import membrane_of_case
 from .membrane import MembraneByRows
 from .solve import solve
+from .trace import Step, trace
 
-__all__ = ["AnswerByRows", "MembraneByRows", "membrane_of_case", "solve"]
+__all__ = ["AnswerByRows", "MembraneByRows", "Step", "membrane_of_case", "solve", "trace"]

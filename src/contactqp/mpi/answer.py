@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,13 +18,50 @@ from ..foundation.text import at_most
 from ..io.fields import Field
 from ..models.base import ForceBalance
 from ..models.records import states_of
+from ..problem.barrier import Barrier
 from ..proof.certificate import Certificate
+from ..proof.energy import Nodes, admissible_state, bracket_at, inner_between
 from ..proof.lattice_measures import LatticeMeasures
 from ..proof.residuals import Residuals
 from ..proof.status import DISCRETE, Status
 from .membrane import MembraneByRows
 from .posed import PosedByRows
 from .store import write_store
+
+
+class _NodesByRows(Nodes):
+    """All processes' nodes; vectors have those that this one holds."""
+
+    def __init__(self, posed: PosedByRows) -> None:
+        super().__init__(posed.problem)
+        self._posed = posed
+
+    @property
+    def barrier(self) -> Barrier:
+        """See `Nodes`."""
+        return self._posed.barrier
+
+    def product(self, x: Vector) -> tuple[Vector, Vector]:
+        """See `Nodes`; in plain double precision."""
+        return self.problem.stiffness.enclosed_product(x, self.problem.q)
+
+    def any(self, *vectors: Vector) -> bool:
+        """See `Nodes`."""
+        return any(self._posed.part.everyones([any(bool(each[self._posed.own].any()) for each in vectors)]))
+
+    def largest(self, values: Vector) -> float:
+        """See `Nodes`."""
+        return max(self._posed.part.everyones([float(values[self._posed.own].max())]))
+
+    def inner_between(self, x: Vector, y: Vector, error: Vector) -> Bracket:
+        """See `Nodes`: brackets of blocks of rows, added outwards."""
+        posed = self._posed
+        places = [posed.nodes_of(*block) for block in posed.part.blocks]
+        lower, upper = zip(
+            *posed.part.everyones([inner_between(x[at], y[at], error[at]) for at in places]), strict=True
+        )
+        low, high = (sum_below(lower) if any(lower) else 0.0), (sum_above(upper) if any(upper) else 0.0)
+        return Bracket(low, high)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,6 +83,10 @@ class AnswerByRows:
         Cycles on the finest lattice.
     setup_seconds, seconds : float
         Time until the iteration began, and in all.
+    cycle_seconds : float
+        Time of a cycle on the finest lattice, in the mean.
+    messages, sent : float
+        Messages, and bytes in them, that this process has sent in each cycle on the finest lattice, in the mean.
     """
 
     posed: PosedByRows
@@ -56,6 +98,9 @@ class AnswerByRows:
     iterations: int
     setup_seconds: float
     seconds: float
+    cycle_seconds: float
+    messages: float
+    sent: float
 
     @property
     def membrane(self) -> MembraneByRows:
@@ -176,6 +221,15 @@ class AnswerByRows:
         )
 
     @cached_property
+    def energy_bracket(self) -> Bracket:
+        """Bracket of the potential energy at the exact solution (force times length), see `contactqp.energy_bracket`.
+
+        The lower end comes without a linear solve, from the reaction of the answer.
+        """
+        problem = self.posed.problem
+        return bracket_at(_NodesByRows(self.posed), *admissible_state(problem, self.measures.gap))
+
+    @cached_property
     def force_balance(self) -> ForceBalance:
         """ΣP = ΣR + the frame's pull (force), with what a ceiling adds."""
         posed, problem = self.posed, self.posed.problem
@@ -204,13 +258,15 @@ class AnswerByRows:
         stencil, datum = self.posed.stencil, self.membrane.frame_depth
         return stencil.pull(stencil.numbering.to_grid(self._below, ring=1, fill=datum))
 
-    def to_zarr(self, path: str | Path) -> Path:
+    def to_zarr(self, path: str | Path, facts: Mapping[str, Any] | None = None) -> Path:
         """Write all fields into one Zarr store; every process writes its rows. All must call it.
 
         Parameters
         ----------
         path : str or Path
-            A folder that all processes reach; one of that name is replaced.
+            A folder that all processes reach; one of that name is replaced as a whole.
+        facts : mapping of str to number or str, optional
+            Further attributes of the store.
 
         Raises
         ------
@@ -219,14 +275,16 @@ class AnswerByRows:
         OSError
             If it cannot be written, in every process.
         """
-        facts = {
+        told = {
             "status": self.status.value,
             "tol": self.tol,
             "gap_error_bound": self.gap_bound,
             "error_scale": self.scale,
             "contactqp_version": __version__,
         }
-        return write_store(Path(path), self.posed.ranks, self.membrane, self.rows, self.fields, facts)
+        return write_store(
+            Path(path), self.posed.ranks, self.membrane, self.rows, self.fields, {**told, **(facts or {})}
+        )
 
     @property
     def fields(self) -> dict[str, Field]:
@@ -247,7 +305,7 @@ class AnswerByRows:
         """Return what there is to tell, in lines; all processes must call it, and one may print it."""
         contact, clear, undecided = self.node_counts
         balance, ranks = self.force_balance, self.posed.ranks
-        area, reaction = self.contact_area, self.total_reaction
+        area, reaction, energy = self.contact_area, self.total_reaction, self.energy_bracket
         lines = [
             f"AnswerByRows: {self.status.value}, multigrid of {ranks.size} processes, {self.iterations} cycles, "
             f"{self.seconds:.2f} s",
@@ -258,6 +316,7 @@ class AnswerByRows:
             f"  nodes       {contact} in contact, {clear} clear, {undecided} undecided: proven of the exact solution",
             f"  reaction    {reaction.lower:.6g} to {reaction.upper:.6g} in all",
             f"  contact     {area.lower:.6g} to {area.upper:.6g} in area",
+            f"  energy      {energy.lower:.10g} to {energy.upper:.10g}",
             f"  balance     load {balance.load:.6g} = support {balance.reaction:.6g} + frame {balance.frame:.6g}"
             + (f" - ceiling {balance.ceiling:.6g}" if balance.ceiling else "")
             + f", but for {abs(balance.imbalance):.1g}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,8 @@ class MembraneByRows:
     ----------
     given : dict of str to field
         Load, support, ceiling, mask and frame height as they were given.
+    load_factor : float
+        By what the load is multiplied, see `with_load`.
 
     Raises
     ------
@@ -90,6 +93,7 @@ class MembraneByRows:
         for axis, first, count in zip("xy", self.origin, self.shape[::-1], strict=True):
             refuse_indistinct(first, first + self.spacing * (count - 1), self.spacing, axis)
         self.upwards = boolean(upwards, "upwards")
+        self.load_factor = 1.0
         self._sense = -1.0 if self.upwards else 1.0
         self.frame_depth = self._sense * finite_number(frame_height, "frame_height")
         self.given = {
@@ -107,6 +111,19 @@ class MembraneByRows:
             given = getattr(field, "shape", np.shape(field) if not callable(field) and field is not None else ())
             if tuple(given) not in ((), self.shape):
                 raise ValueError(f"{name} must be a number, a function or have shape {self.shape}, got {tuple(given)}")
+
+    def with_load(self, factor: float) -> MembraneByRows:
+        """Return the membrane under so many times its load.
+
+        Examples
+        --------
+        >>> membrane = MembraneByRows((1, 2), 1.0, 1.0, load=lambda x, y: 1.0 + x, support=1.0)
+        >>> membrane.with_load(0.5).rows_of("load", 0, 1)
+        array([[0.5, 1. ]])
+        """
+        other = copy(self)
+        other.load_factor = self.load_factor * finite_number(factor, "factor")
+        return other
 
     @property
     def has_ceiling(self) -> bool:
@@ -155,8 +172,7 @@ class MembraneByRows:
         """
         nodes = self.nodes(first, last) if nodes is None else nodes
         values = np.where(nodes, self._read(self._fields[name], name, first, last, nodes), 0.0)
-        if name != "load":
-            values = np.where(nodes, self._sense * values, 0.0)
+        values = np.where(nodes, (self.load_factor if name == "load" else self._sense) * values, 0.0)
         absent = {"load": np.nan, "support": np.inf, "ceiling": -np.inf}[name]
         good = np.isfinite(values) | (values == absent)
         if not good.all():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from hashlib import sha256
 
 import numpy as np
 
@@ -59,8 +60,8 @@ class PosedByRows:
         The rows, counted within the smallest rectangle that holds all nodes.
     problem : ContactQP
         As posed on these rows, not scaled.
-    scaled : ContactQP
-        Dimensionless; ``units`` are its units.
+    units : Units
+        Those of the dimensionless problem.
     barrier : Parabola
         On these rows.
     lattice : Arms
@@ -92,24 +93,22 @@ class PosedByRows:
         self._rows_of_nodes = np.concatenate([[0], np.cumsum(np.count_nonzero(numbering.mask, axis=1))])
         datum = membrane.frame_depth
         supported = numbering.to_vector(np.isfinite(depth), ring=1)
-        reference = np.where(nodes & np.isfinite(depth), depth, datum)
-        self.reference = numbering.to_vector(reference, ring=1)
-        self.depth = numbering.to_vector(depth, ring=1)
         self.barrier = self._barrier(numbering.layout, shape, self._ends(nodes[1:-1, 1:-1], shape))
         ceiling = None if above is None else numbering.to_vector(above, ring=1)
-        scale = self._scale(ceiling)
-        q = self.load - stencil.pull(reference)
+        scale = self._scale(numbering.to_vector(depth, ring=1), ceiling)
+        depth[~(nodes & np.isfinite(depth))] = datum
+        self.reference = numbering.to_vector(depth, ring=1)
         self.stencil = stencil
         self.problem: ContactProblem = ContactQP(
             stencil,
-            q,
-            lower=np.where(supported, 0.0, -np.inf),
+            self.load - stencil.pull(depth),
+            lower=0.0 if supported.all() else np.where(supported, 0.0, -np.inf),
             upper=np.inf if ceiling is None else np.where(np.isfinite(ceiling), self.reference - ceiling, np.inf),
             gap_scale=scale,
-            reference=self.reference - datum,
+            reference=self.reference - datum if datum else self.reference,
         )
-        self.scaled, self.units = self.problem.scaled()
-        self.lattice = self._arms()
+        scaled, self.units = self.problem.scaled()
+        self.lattice = self._arms(scaled)
 
     def _box(self) -> tuple[int, int, tuple[int, int]]:
         """Return first row and column of the smallest rectangle that holds all nodes, and its rows and columns."""
@@ -182,7 +181,7 @@ class PosedByRows:
         candidates = [_PartOfParabola(whole, self.part, layout) for whole in found if 0 < whole.least_s < np.inf]
         return min(candidates, key=lambda candidate: candidate.reach)
 
-    def _scale(self, ceiling: Vector | None) -> float | None:
+    def _scale(self, depth: Vector, ceiling: Vector | None) -> float | None:
         """Return the length that tolerances are measured by, see `contactqp.models.base.length_scale`."""
         v, count, datum = self.barrier.v, self.total(np.ones(self.load.size)), self.membrane.frame_depth
         # As `Barrier.mean_deflection`, for a load and for suction.
@@ -194,10 +193,10 @@ class PosedByRows:
         def average(values: Vector) -> float:
             return self.total(values) / count
 
-        return length_scale(mean, suction, v, self.depth - datum, above, 0.0, average, self.least)
+        return length_scale(mean, suction, v, depth - datum, above, 0.0, average, self.least)
 
-    def _arms(self) -> Arms:
-        stencil, layout = self.scaled.stencil, self.scaled.layout
+    def _arms(self, scaled: ContactProblem) -> Arms:
+        stencil, layout = scaled.stencil, scaled.layout
         assert stencil is not None
         kinds = layout.kinds
         if not all(self.part.everyones([kinds is None])):
@@ -207,19 +206,32 @@ class PosedByRows:
 
     def start(self) -> tuple[Grid, Grid, Limits]:
         """Return q, the reference and the bounds of the dimensionless problem on the lattice's grid."""
-        layout = self.lattice.layout
+        (scaled, _), layout = self.problem.scaled(), self.lattice.layout
         limits: Limits = NO_LIMITS
         if not all(self.part.everyones([self.problem.bounds.standard])):
-            lower, upper = (np.ascontiguousarray(bound) for bound in (self.scaled.lower, self.scaled.upper))
+            lower, upper = (np.ascontiguousarray(bound) for bound in (scaled.lower, scaled.upper))
             limits = layout.grid(lower), layout.grid(upper)
-        reference = np.broadcast_to(np.asarray(self.scaled.reference, dtype=np.float64), (self.scaled.size,))
+        reference = np.broadcast_to(np.asarray(scaled.reference, dtype=np.float64), (scaled.size,))
         grid = layout.grid(np.ascontiguousarray(reference))
         self.part.share(grid)
-        return layout.grid(self.scaled.q), grid, limits
+        return layout.grid(scaled.q), grid, limits
 
     def nodes_of(self, first: int, last: int) -> slice:
         """Return the numbers of the nodes in the rows [first, last) of the arrays."""
         return slice(int(self._rows_of_nodes[first - 1]), int(self._rows_of_nodes[last - 1]))
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Digest of forces and bounds of all nodes, the same for any number of processes."""
+        problem, found = self.problem, []
+        for block in self.part.blocks:
+            at = self.nodes_of(*block)
+            data = sha256(self.lattice.layout.mask[block[0] - 1 : block[1] - 1].tobytes())
+            for values in (problem.q, problem.lower, problem.upper):
+                data.update(np.ascontiguousarray(values[at]).tobytes())
+            found.append(data.hexdigest())
+        told = f"{self.membrane!r} {self.membrane.origin}", *self.part.everyones(found)
+        return sha256("".join(told).encode()).hexdigest()
 
     @property
     def own(self) -> slice:

@@ -94,6 +94,8 @@ def solve(
     with Team(threads) as team:
         q, reference, limits = posed.start()
         solver = nested_start(posed.lattice, q, reference, team, limits=limits)
+        del q, reference, limits  # of which the iteration keeps what it needs
+        before, began = (ranks.messages, ranks.sent), time.perf_counter()
         while outcome is None:
             solver.relax()
             log.add(solver.estimate)
@@ -101,7 +103,10 @@ def solve(
             if outcome is None:
                 solver.correct()
     stop, why = outcome
+    cycle_seconds = (time.perf_counter() - began) / log.cycles
+    messages, sent = (now - then for now, then in zip((ranks.messages, ranks.sent), before, strict=True))
     gap = posed.lattice.layout.vector(solver.omega) if log.judged is None else log.judged
+    del solver
     measures = task.measured(gap)
     certificate = measures.certificate()
     good = certificate.gap_bound <= task.tol * measures.scale
@@ -115,6 +120,9 @@ def solve(
         iterations=log.cycles,
         setup_seconds=setup_seconds,
         seconds=time.perf_counter() - started,
+        cycle_seconds=cycle_seconds,
+        messages=messages / log.cycles,
+        sent=sent / log.cycles,
     )
 
 

@@ -63,6 +63,15 @@ def write_store(
     return path
 
 
+def facts_of_store(path: Path) -> dict[str, Any]:
+    """Return a store's attributes; none where there is no such store, or one that cannot be read."""
+    try:
+        group = needed("zarr", "reading .zarr", INSTALL).open_group(path, mode="r")
+        return dict(group.attrs)
+    except (OSError, ValueError, KeyError):
+        return {}
+
+
 def _create(
     folder: Path, membrane: MembraneByRows, fields: Mapping[str, Field], facts: Mapping[str, Any], chunk: int
 ) -> None:
