@@ -11,7 +11,7 @@ import numpy as np
 from ..backends.base import Stop
 from ..backends.multigrid import MAX_CYCLES, CycleLog
 from ..foundation.checks import Vector, integer_at_least
-from ..foundation.text import counted
+from ..foundation.text import counted, shortened
 from ..foundation.threads import Team
 from ..methods.multigrid.nested import nested_start
 from ..methods.multigrid.strips import LEAST_ROWS
@@ -82,6 +82,11 @@ def solve(
     >>> answer.status.value, answer.gap.shape
     ('certified', (63, 63))
     """
+    if not isinstance(membrane, MembraneByRows):
+        raise TypeError(
+            f"membrane must be a contactqp.mpi.MembraneByRows, whose rows are read where they are needed, got "
+            f"{shortened(membrane)}; what one process holds is solved by contactqp.solve"
+        )
     request = Request.of(tol, max_iter, time_limit)
     threads, least_rows = integer_at_least(threads, 1, "threads"), integer_at_least(least_rows, 1, "least_rows")
     started = time.perf_counter()
