@@ -377,7 +377,7 @@ def test_data_between_the_nodes_are_told_as_they_are_known():
     assert max(map(len, str(sampled).splitlines())) <= 80
     own = solved(lattice, load=np.ones(lattice.size), support=0.03)
     assert own.continuum().proven
-    assert "proven of the membrane itself" in str(own.continuum())
+    assert "proven of the continuum itself" in str(own.continuum())
     varied = cq.Solver(own.model).solve(load=1 + lattice.node_x)
     assert varied.continuum().sampled == ("load",)
 
@@ -399,7 +399,7 @@ def test_what_is_refused(make, words):
 def test_models_of_other_kinds_and_bare_problems_are_refused():
     with pytest.raises(AttributeError, match="continuum needs a model"):
         cq.solve(cq.ContactQP([[2.0]], [-1.0])).continuum()
-    with pytest.raises(TypeError, match="of a Membrane"):
+    with pytest.raises(TypeError, match="of a Membrane or a Cable"):
         cq.solve(cq.Beam(4.0, spacing=0.5, bending_stiffness=1.0, load=1.0, support=1.0)).continuum()
     with pytest.raises(ValueError, match="effort must be"):
         solved(UNIT.lattice(0.25), support=0.03).continuum("all")

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from ..foundation.checks import Vector
+from typing import Any
+
+import numpy as np
+
+from ..foundation.checks import Vector, read_only
 from ..models.base import ContactModel
+from ..models.cable import Cable
 from ..models.membrane import Membrane
 from .data import Data
 from .energy import energy_bounds
+from .line import Line, cable_energy, cable_heights
 from .result import EXACT, SAMPLED, Continuum
 
 
@@ -15,7 +21,7 @@ def continuum_of(model: ContactModel, gap: Vector, effort: str) -> Continuum:
 
     Parameters
     ----------
-    model : Membrane
+    model : Membrane or Cable
     gap : array, shape (n,)
         Length.
     effort : {"energy"}
@@ -25,10 +31,17 @@ def continuum_of(model: ContactModel, gap: Vector, effort: str) -> Continuum:
     TypeError, ValueError
         See `Solution.continuum`.
     """
-    if not isinstance(model, Membrane):
-        raise TypeError(f"the continuous counterpart of a Membrane can be enclosed, not that of {model!r}")
-    data = Data.of(model)
-    found = energy_bounds(data, model.padded_below(gap))
+    data: Data | Line
+    heights = None
+    if isinstance(model, Cable):
+        data = Line(model)
+        below = model.padded_below(gap)[1, 1:-1]
+        found, heights = cable_energy(data, below), cable_heights(data, below)
+    elif isinstance(model, Membrane):
+        data = Data.of(model)
+        found = energy_bounds(data, model.padded_below(gap))
+    else:
+        raise TypeError(f"the continuous counterpart of a Membrane or a Cable can be enclosed, not that of {model!r}")
     return Continuum(
         effort=effort,
         data=SAMPLED if data.sampled else EXACT,
@@ -37,4 +50,14 @@ def continuum_of(model: ContactModel, gap: Vector, effort: str) -> Continuum:
         energy_norm=found.norm,
         contact_error=found.contact_error,
         sampled=data.sampled,
+        **({} if heights is None else _at_nodes(model, gap, *heights)),
     )
+
+
+def _at_nodes(model: ContactModel, gap: Vector, lower: Vector, upper: Vector) -> dict[str, Any]:
+    """Return bounds of depths as those of deflections, and how far they are from an answer at most."""
+    if model.upwards:
+        lower, upper = -upper, -lower
+    own = model.deflection(gap)
+    error = float(np.maximum(upper - own, own - lower).max())
+    return {"lower": read_only(lower), "upper": read_only(upper), "error_bound": float(np.nextafter(error, np.inf))}

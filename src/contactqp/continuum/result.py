@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..foundation.brackets import Bracket
+from ..foundation.checks import Vector
 from ..foundation.text import at_most, folded, rounded_outwards
 
 EXACT, SAMPLED = "exact", "sampled data"
@@ -39,13 +40,19 @@ class Continuum:
         Bound of ∫R*(f - v), the work of the membrane's reaction on what is left of a gap where it touches (force times
         length); v is the interpolant, lowered where it would cross a curved support between the nodes.
 
+    lower, upper : array, shape (n,), or None
+        Bounds of the continuous deflection at the nodes, positive as the model's heights (length); None where only
+        energies were asked for. Of a cable of one tension, without foundation and ceiling, they come with these.
+    error_bound : float or None
+        No less than the distance of the answer's deflections from them (length).
+
     Examples
     --------
     >>> import contactqp as cq
     >>> lattice = cq.Frame.rectangle(1, 1).lattice(spacing=1 / 32)
     >>> found = cq.solve(cq.Membrane(lattice, tension=1.0, load=1.0, support=0.03), tol=1e-9).continuum("energy")
     >>> print(found)
-    Continuum(energy): proven of the membrane itself
+    Continuum(energy): proven of the continuum itself
       data               exact
       potential energy   -0.01358923 to -0.01355716 (force times length)
       energy-norm error  <= 0.0081, 7 % of the norm
@@ -59,6 +66,9 @@ class Continuum:
     energy_norm: float
     contact_error: float
     sampled: tuple[str, ...] = ()
+    lower: Vector | None = None
+    upper: Vector | None = None
+    error_bound: float | None = None
 
     @property
     def proven(self) -> bool:
@@ -76,10 +86,12 @@ class Continuum:
         yield "potential energy", f"{lower!r} to {upper!r} (force times length)"
         share = f", {at_most(100 * self.relative_energy_error)} % of the norm" if self.energy_norm else ""
         yield "energy-norm error", f"<= {at_most(self.energy_error)}{share}"
+        if self.error_bound is not None:
+            yield "deflection error", f"<= {at_most(self.error_bound)} at the nodes"
         yield "contact error", f"<= {at_most(self.contact_error)} (force times length)"
 
     def __str__(self) -> str:
-        words = "proven of the membrane itself" if self.proven else "computed of the membrane, not proven"
+        words = "proven of the continuum itself" if self.proven else "computed of the continuum, not proven"
         rows = [f"Continuum({self.effort}): {words}"]
         rows += [folded(f"  {name:<19}{told}", 80, 21) for name, told in self._facts()]
         if not self.proven:
