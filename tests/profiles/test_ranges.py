@@ -48,7 +48,7 @@ def rectangle(x, y, width, height):
 
 
 @pytest.mark.parametrize("profile", [*PROFILES, CUBIC], ids=repr)
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(x=places, y=places, width=st.floats(0, 0.7), height=st.floats(0, 0.7), seed=st.integers(0, 2**16))
 def test_ranges_hold_all_depths(profile, x, y, width, height, seed):
     found = profile.range(*rectangle(x, y, width, height))
@@ -61,7 +61,7 @@ def test_ranges_hold_all_depths(profile, x, y, width, height, seed):
 
 
 @pytest.mark.parametrize("profile", PROFILES, ids=repr)
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(x=places, y=places, width=st.floats(0.01, 0.7), height=st.floats(0.01, 0.7), seed=st.integers(0, 2**16))
 def test_curvatures_hold_all_second_differences(profile, x, y, width, height, seed):
     """A second difference is a weighted mean of second derivatives, kinks included."""
