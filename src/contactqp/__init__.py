@@ -69,6 +69,7 @@ from .proof.energy import complementary_energy, energy_bracket, feasible, potent
 from .proof.residuals import Residuals
 from .proof.status import Status
 from .refinement.refine import Refinement, refine
+from .refinement.solve_to import SolvedTo, solve_to
 from .solving.family import Family, solve_between
 from .solving.loaded import load_solution
 from .solving.many import solve_many
@@ -103,6 +104,7 @@ __all__ = [
     "Residuals",
     "Smooth",
     "Solution",
+    "SolvedTo",
     "Solver",
     "Status",
     "Stencil",
@@ -133,6 +135,7 @@ __all__ = [
     "solve",
     "solve_between",
     "solve_many",
+    "solve_to",
     "study",
     "trace",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
@@ -13,10 +13,13 @@ from ..models.membrane import Membrane
 from .data import Data
 from .energy import energy_bounds
 from .line import Line, cable_energy, cable_heights
-from .result import EXACT, SAMPLED, Continuum
+from .membrane import membrane_bounds
+from .result import EXACT, SAMPLED, Continuum, NodalBounds
 
 
-def continuum_of(model: ContactModel, gap: Vector, effort: str) -> Continuum:
+def continuum_of(
+    model: ContactModel, gap: Vector, effort: str, resolve: Callable[[Vector], Vector] | None = None
+) -> Continuum:
     """Return what an answer proves of the membrane that a model stands for.
 
     Parameters
@@ -24,7 +27,9 @@ def continuum_of(model: ContactModel, gap: Vector, effort: str) -> Continuum:
     model : Membrane or Cable
     gap : array, shape (n,)
         Length.
-    effort : {"energy"}
+    effort : {"energy", "pointwise"}
+    resolve : callable, optional
+        For ``"pointwise"``, see `contactqp.continuum.membrane.membrane_bounds`.
 
     Raises
     ------
@@ -32,14 +37,17 @@ def continuum_of(model: ContactModel, gap: Vector, effort: str) -> Continuum:
         See `Solution.continuum`.
     """
     data: Data | Line
-    heights = None
+    heights = pointwise = None
     if isinstance(model, Cable):
         data = Line(model)
         below = model.padded_below(gap)[1, 1:-1]
-        found, heights = cable_energy(data, below), cable_heights(data, below)
+        found, bounds = cable_energy(data, below), cable_heights(data, below)
+        heights = None if bounds is None else _at_nodes(model, gap, *bounds)
     elif isinstance(model, Membrane):
         data = Data.of(model)
-        found = energy_bounds(data, model.padded_below(gap))
+        depths = model.padded_below(gap)
+        found = energy_bounds(data, depths)
+        pointwise = None if resolve is None else membrane_bounds(data, depths, gap, resolve)
     else:
         raise TypeError(f"the continuous counterpart of a Membrane or a Cable can be enclosed, not that of {model!r}")
     return Continuum(
@@ -50,14 +58,15 @@ def continuum_of(model: ContactModel, gap: Vector, effort: str) -> Continuum:
         energy_norm=found.norm,
         contact_error=found.contact_error,
         sampled=data.sampled,
-        **({} if heights is None else _at_nodes(model, gap, *heights)),
+        pointwise=pointwise,
+        at_nodes=heights,
     )
 
 
-def _at_nodes(model: ContactModel, gap: Vector, lower: Vector, upper: Vector) -> dict[str, Any]:
+def _at_nodes(model: ContactModel, gap: Vector, lower: Vector, upper: Vector) -> NodalBounds:
     """Return bounds of depths as those of deflections, and how far they are from an answer at most."""
     if model.upwards:
         lower, upper = -upper, -lower
     own = model.deflection(gap)
     error = float(np.maximum(upper - own, own - lower).max())
-    return {"lower": read_only(lower), "upper": read_only(upper), "error_bound": float(np.nextafter(error, np.inf))}
+    return NodalBounds(read_only(lower), read_only(upper), float(np.nextafter(error, np.inf)))

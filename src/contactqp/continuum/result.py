@@ -4,14 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Vector
+from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.text import at_most, folded, rounded_outwards
+from ..plotting.of_squares import map_of_squares
+from .contact import ContactBounds
+from .membrane import MembraneBounds
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 EXACT, SAMPLED = "exact", "sampled data"
+
+
+class NodalBounds(NamedTuple):
+    """Bounds of a continuous deflection at the nodes.
+
+    Attributes
+    ----------
+    lower, upper : array, shape (n,)
+        Positive as the model's heights (length).
+    error_bound : float
+        No less than the distance of the answer's deflections from it (length).
+    """
+
+    lower: Vector
+    upper: Vector
+    error_bound: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +63,10 @@ class Continuum:
     contact_error : float
         Bound of ∫R*(f - v), the work of the membrane's reaction on what is left of a gap where it touches (force times
         length); v is the interpolant, lowered where it would cross a curved support between the nodes.
-
-    lower, upper : array, shape (n,), or None
-        Bounds of the continuous deflection at the nodes, positive as the model's heights (length); None where only
-        energies were asked for. Of a cable of one tension, without foundation and ceiling, they come with these.
-    error_bound : float or None
-        No less than the distance of the answer's deflections from them (length).
+    pointwise : MembraneBounds or None
+        With ``effort="pointwise"``: bounds of the membrane at every point, and of where it touches.
+    at_nodes : NodalBounds or None
+        Of a cable of one tension, without foundation and ceiling: bounds of its deflection at the nodes.
 
     Examples
     --------
@@ -66,9 +88,8 @@ class Continuum:
     energy_norm: float
     contact_error: float
     sampled: tuple[str, ...] = ()
-    lower: Vector | None = None
-    upper: Vector | None = None
-    error_bound: float | None = None
+    pointwise: MembraneBounds | None = None
+    at_nodes: NodalBounds | None = None
 
     @property
     def proven(self) -> bool:
@@ -80,15 +101,85 @@ class Continuum:
         """`energy_error` over the norm of the interpolant; infinite if that is zero."""
         return self.energy_error / self.energy_norm if self.energy_norm else np.inf
 
+    @property
+    def lower(self) -> Vector:
+        """Lower bounds of the deflection at the nodes (length), shape (n,), by effort="pointwise"."""
+        return self._at_nodes("lower").lower
+
+    @property
+    def upper(self) -> Vector:
+        """Upper bounds of the deflection at the nodes (length), shape (n,), by effort="pointwise"."""
+        return self._at_nodes("upper").upper
+
+    @property
+    def error_bound(self) -> float:
+        """Bound of the answer's distance from the membrane at the nodes (length), with effort="pointwise"."""
+        return self._at_nodes("error_bound").error_bound
+
+    @property
+    def contact(self) -> ContactBounds:
+        """Where the membrane touches, see `ContactBounds`; needs effort="pointwise"."""
+        return self._at_points("contact").contact
+
+    @property
+    def largest_depth(self) -> Bracket:
+        """Bracket of the membrane's largest depth, positive downwards (length); needs effort="pointwise"."""
+        return self._at_points("largest_depth").largest_depth
+
+    def plot(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
+        """Draw where the membrane touches: clear, in contact, and the strip that holds the free boundary.
+
+        Needs effort="pointwise".
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes of your own to draw into; by default there is a new figure, which shows itself in a notebook.
+        title : str, optional
+            Headline in place of the picture's own.
+        units : str or mapping, optional
+            Unit of length for labels.
+        """
+        found = self._at_points("plot")
+        contact = found.contact
+        states = contact.clear, contact.undecided, contact.contact
+        share = contact.undecided.sum() / sum(state.sum() for state in states)
+        own = f"the membrane itself: all is decided but for {at_most(100 * share)} % of the area"
+        return map_of_squares(found.edges, states, Wanted(ax, None, title, units), own)
+
+    def _at_nodes(self, name: str) -> MembraneBounds | NodalBounds:
+        return self._at_points(name) if self.at_nodes is None else self.at_nodes
+
+    def _at_points(self, name: str) -> MembraneBounds:
+        if self.pointwise is None:
+            raise AttributeError(f"{name} needs solution.continuum(effort='pointwise'), this is {self.effort!r}")
+        return self.pointwise
+
     def _facts(self) -> Iterator[tuple[str, str]]:
         lower, upper = rounded_outwards(*self.energy, digits=7)
         yield "data", self.data + (f": {', '.join(self.sampled)}" if self.sampled else "")
         yield "potential energy", f"{lower!r} to {upper!r} (force times length)"
         share = f", {at_most(100 * self.relative_energy_error)} % of the norm" if self.energy_norm else ""
         yield "energy-norm error", f"<= {at_most(self.energy_error)}{share}"
-        if self.error_bound is not None:
-            yield "deflection error", f"<= {at_most(self.error_bound)} at the nodes"
+        if self.at_nodes is not None:
+            yield "error at nodes", f"<= {at_most(self.at_nodes.error_bound)} (length)"
         yield "contact error", f"<= {at_most(self.contact_error)} (force times length)"
+        if self.pointwise is not None:
+            yield from self._facts_at_points(self.pointwise)
+
+    @staticmethod
+    def _facts_at_points(found: MembraneBounds) -> Iterator[tuple[str, str]]:
+        yield "error at nodes", f"<= {at_most(found.error_bound)} (length)"
+        contact = found.contact
+        for name, bracket, unit in (
+            ("largest depth", found.largest_depth, "length"),
+            ("contact area", contact.area, "length squared"),
+            ("total reaction", contact.reaction, "force"),
+        ):
+            lower, upper = rounded_outwards(*bracket, digits=6)
+            yield name, f"{lower!r} to {upper!r} ({unit})"
+        if np.isfinite(contact.free_boundary_width):
+            yield "free boundary", f"within {at_most(contact.free_boundary_width)} (length) of the undecided squares"
 
     def __str__(self) -> str:
         words = "proven of the continuum itself" if self.proven else "computed of the continuum, not proven"

@@ -94,10 +94,12 @@ def load_case(path: str | Path) -> Model:
     return read_case(path).model
 
 
-def read_case(path: str | Path) -> Case:
-    """Return what a case file describes, see `load_case`."""
+def read_case(path: str | Path, spacing: float | None = None) -> Case:
+    """Return what a case file describes, see `load_case`; with another spacing than the file's where one is given."""
     path = Path(path)
     data = read_toml(path)
+    if spacing is not None:
+        data = {**data, "spacing": spacing}
     section, model_of = _KINDS[_kind_of(data)]
 
     def build(case: Section, path: Path) -> Case:
