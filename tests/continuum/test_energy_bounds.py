@@ -403,3 +403,47 @@ def test_models_of_other_kinds_and_bare_problems_are_refused():
         cq.solve(cq.Beam(4.0, spacing=0.5, bending_stiffness=1.0, load=1.0, support=1.0)).continuum()
     with pytest.raises(ValueError, match="effort must be"):
         solved(UNIT.lattice(0.25), support=0.03).continuum("all")
+
+
+# What is even at the points of a lattice, and is not between them.
+
+
+def _between_points(most, spacing):
+    """Return a function that is 0 at all points and middles of a lattice, and ``most`` between these."""
+    bend = most * 2 * (2 * np.pi / spacing) ** 2
+    return cq.Smooth(lambda x, y: most * np.sin(2 * np.pi * x / spacing) ** 2 + 0 * y, second_derivative=bend)
+
+
+def test_a_tension_that_varies_between_points_is_no_number():
+    lattice = cq.Frame.rectangle(1, 1).lattice(1 / 8)
+    wave = _between_points(0.05, 1 / 8)
+    tension = cq.Smooth(lambda x, y: 1 + wave(x, y), second_derivative=wave.second_derivative)
+    solution = cq.solve(cq.Membrane(lattice, tension, load=1.0, support=3.0))
+    assert solution.continuum().proven
+    with pytest.raises(ValueError, match="a tension that varies"):
+        solution.continuum("pointwise")
+    cable = cq.solve(cq.Cable(1.0, spacing=1 / 8, tension=tension, load=1.0, support=3.0)).continuum()
+    with pytest.raises(AttributeError):
+        _ = cable.lower
+
+
+def test_a_foundation_between_points_counts():
+    """Its mean is 50, under which the membrane stores much less energy than without."""
+    lattice = cq.Frame.rectangle(1, 1).lattice(1 / 8)
+    springs = _between_points(100.0, 1 / 8)
+    told = cq.solve(cq.Membrane(lattice, 1.0, load=1.0, support=3.0, foundation=springs)).continuum()
+    fine = cq.Frame.rectangle(1, 1).lattice(1 / 16)
+    mean = cq.solve(cq.Membrane(fine, 1.0, load=1.0, support=3.0, foundation=50.0)).continuum()
+    assert told.energy.upper > mean.energy.lower
+
+
+@pytest.mark.parametrize("constant", ["lipschitz", "second_derivative"])
+def test_a_tension_that_may_vanish_between_points_is_refused(constant):
+    lattice = cq.Frame.rectangle(1, 1).lattice(1 / 8)
+    tension = cq.Smooth(lambda x, y: 1 + 0.9 * np.sin(9 * x) + 0 * y, **{constant: 1000.0})
+    solution = cq.solve(cq.Membrane(lattice, tension, load=1.0, support=0.03))
+    with pytest.raises(ValueError, match="tension is known to be no less than"):
+        solution.continuum()
+    cable = cq.solve(cq.Cable(1.0, spacing=1 / 8, tension=tension, load=1.0, support=0.03))
+    with pytest.raises(ValueError, match="tension is known to be no less than"):
+        cable.continuum()

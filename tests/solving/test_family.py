@@ -77,6 +77,25 @@ def test_models_stand_for_the_middle():
     assert model.support == pytest.approx(1.5)
 
 
+def test_profiles_tell_depths_whichever_way_heights_count():
+    """The middle of two profiles is none: it is turned over with them, not taken as an elevation."""
+    ground = cq.between(cq.profiles.Plane(0.02), cq.profiles.Plane(0.04))
+    model = cq.Membrane(LATTICE, 1.0, load=1.0, support=ground, upwards=True)
+    assert model.support == pytest.approx(-0.03)
+    low, high = cq.solve_between(model).deflection
+    middle = cq.solve(model).deflection
+    assert (low <= middle).all()
+    assert (middle <= high).all()
+
+
+@pytest.mark.parametrize("upwards", [False, True])
+def test_frames_that_cross_are_refused(upwards):
+    frame = cq.between(lambda x, y: 0.2 + 0 * x, lambda x, y: -0.2 + 0 * x)
+    model = cq.Membrane(LATTICE, 1.0, load=1.0, support=-3.0 if upwards else 3.0, frame_height=frame, upwards=upwards)
+    with pytest.raises(ValueError, match="frame_height=between"):
+        cq.solve_between(model)
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [

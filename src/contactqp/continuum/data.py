@@ -120,7 +120,7 @@ class Data:
     def foundation(self) -> CellField | None:
         """Stiffness k of the foundation (force per area and length); None without one."""
         stiffness = self.model.foundation
-        if stiffness is None or not stiffness.any():
+        if stiffness is None or not (stiffness.any() or isinstance(self.model.given["foundation"], Ranged)):
             return None
         return self._field("foundation", stiffness)
 
@@ -210,12 +210,23 @@ class Data:
 
     @cached_property
     def least_tension(self) -> tuple[float, float]:
-        """Lower bounds of the tension along x and along y (force per length)."""
+        """Lower bounds of the tension along x and along y (force per length).
+
+        Raises
+        ------
+        ValueError
+            If what is known of it between the points leaves room for none.
+        """
         found = []
         for axis in (1, 0):
             least = [np.broadcast_to(self.tensions(axis, k).least, self.plan.squares.shape) for k in range(4)]
             found.append(min(float(np.min(one[self.plan.squares])) for one in least))
-        return found[0], found[1]
+        return require_positive(found[0]), require_positive(found[1])
+
+    @cached_property
+    def even_tension(self) -> bool:
+        """Whether the tension is one number everywhere and in all directions, not at the points alone."""
+        return self.model.tension_of_arms.constant and all(isinstance(field, float) for field in self._tension_fields)
 
     def tension_at_points(self, which: int) -> Grid:
         """Return the tension along x (0) or y (1) that an array tells, at the points (force per length)."""
@@ -300,6 +311,16 @@ class Data:
 
     def _not_below_frame(self, values: Grid) -> Grid:
         return np.where(self.plan.frame, np.minimum(values, self.frame.values), values)
+
+
+def require_positive(tension: float) -> float:
+    """Return a lower bound of a tension, refuse one that is not above zero."""
+    if not tension > 0:
+        raise ValueError(
+            f"tension is known to be no less than {tension:.3g} between two points of the lattice, which must be > 0: "
+            "take a finer lattice, or declare its second_derivative or a smaller constant"
+        )
+    return tension
 
 
 def kept_at(plan: Plan, points: Any, corner: int, which: int) -> Any:

@@ -45,7 +45,7 @@ from ..geometry.fields import OnFrame, is_function, of_x_and_y
 from ..models.cable import Cable
 from ..profiles.analytic import Profile
 from .cell_fields import CellField, array_field, function_field, number_field
-from .data import Tensions
+from .data import Tensions, require_positive
 from .energy import EnergyBounds
 
 _FEW = gamma(40)
@@ -149,7 +149,9 @@ class Line:
     def foundation(self) -> CellField | None:
         """Stiffness k of the foundation (force per length and length); None without one."""
         stiffness = self.cable.foundation
-        return None if stiffness is None or not stiffness.any() else self.field("foundation", stiffness, False)
+        if stiffness is None or not (stiffness.any() or isinstance(self.cable.given["foundation"], Ranged)):
+            return None
+        return self.field("foundation", stiffness, False)
 
     @cached_property
     def surfaces(self) -> list[tuple[CellField, float]]:
@@ -198,6 +200,12 @@ class Line:
             return function_field(self, _AlongX(source[0]) if isinstance(source[0], Ranged) else source[0], values)
         nodes = np.broadcast_to(field.nodes, (self.cable.size,))
         return np.concatenate([nodes[:1], nodes, nodes[-1:]])
+
+    @property
+    def even_tension(self) -> bool:
+        """Whether the tension is one number everywhere, not at the nodes and in the middles of arms alone."""
+        known = not isinstance(self._tension, CellField) or self._tension.straight
+        return self.cable.tension_of_arms.constant and known
 
     def tensions(self, side: int) -> Tensions:
         """Return the tension in the halves of the stretches next to their left (0) or right (1) ends."""
@@ -318,6 +326,7 @@ def _apart(line: Line, points: Vector) -> Vector:
 def _misfit_and_costs(line: Line, own: Vector, trial: Vector) -> tuple[float, float, float]:
     """Return upper bounds of η², Λ and κ."""
     h = line.spacing
+    least = require_positive(min(float(np.min(line.tensions(side).least)) for side in (0, 1)))
     flux = line.arms * np.diff(own)
     foundation = line.foundation
     springs = 0.0 if foundation is None else foundation.values * trial
@@ -362,7 +371,6 @@ def _misfit_and_costs(line: Line, own: Vector, trial: Vector) -> tuple[float, fl
     drift = np.zeros(own.shape)
     drift[1:-1] = np.abs(uneven[1:] - uneven[:-1]) / 4 + (apart[1:] + apart[:-1]) / 2 + _FEW * size[1:-1]
     wide = (np.abs(uneven) * _THIRD_ROOT + apart + _FEW * (size[1:] + size[:-1])) ** 2
-    least = min(float(np.min(line.tensions(side).least)) for side in (0, 1))
     loose = math.sqrt(_sum(((left + h**2 * drift)[1:-1]) ** 2 / h**3))
     span = h * flux.size
     slack = loose * span / _LESS_THAN_PI + h / _LESS_THAN_PI * math.sqrt(_sum(h * wide))
@@ -385,8 +393,7 @@ def cable_heights(line: Line, depths: Vector) -> tuple[Vector, Vector] | None:
     depths : array, shape (n,)
         Of the nodes, positive downwards (length).
     """
-    cable = line.cable
-    if not cable.tension_of_arms.constant or line.foundation is not None or len(line.surfaces) > 1:
+    if not line.even_tension or line.foundation is not None or len(line.surfaces) > 1:
         return None
     own, h, tension = np.concatenate([line.ends[:1], depths, line.ends[1:]]), line.spacing, float(line.arms[0])
     load, support = line.load, line.surfaces[0][0]

@@ -107,7 +107,7 @@ def posed_of(data: Data) -> Posed:
 def _refuse(data: Data) -> None:
     model = data.model
     unfit = None
-    if not model.tension_of_arms.constant or isinstance(model.tension, tuple):
+    if not data.even_tension:
         unfit = "a tension that varies, or is not the same along x and y"
     elif model.ceiling is not None:
         unfit = "a ceiling"

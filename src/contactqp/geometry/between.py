@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,9 +66,9 @@ def between(lower: Any, upper: Any) -> Between:
     return Between(lower, upper)
 
 
-def middle_of(field: Any) -> Any:
-    """Return the middle of what lies between two fields, and any other field as it is."""
-    return field.middle if isinstance(field, Between) else field
+def middle_of(field: Any, turned: Callable[[Any], Any]) -> Any:
+    """Return the middle of what lies between two fields, both turned as a model counts, any other field as it is."""
+    return Between(turned(field.lower), turned(field.upper)).middle if isinstance(field, Between) else field
 
 
 def _at(field: Any, x: Any, y: Any) -> Any:

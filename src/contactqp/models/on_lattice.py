@@ -99,7 +99,11 @@ class LatticeModel(ContactModel):
         fields = {"load": load, "support": support, "ceiling": ceiling, "foundation": foundation}
         fields |= {"frame_height": frame_height}
         self.uncertain = {name: field for name, field in fields.items() if isinstance(field, Between)}
-        load, support, ceiling, foundation, frame_height = map(middle_of, fields.values())
+        # What a profile tells is a depth, which its middle with another field, no profile, does not say any more.
+        load, foundation = (middle_of(field, lambda end: end) for field in (load, foundation))
+        support, ceiling, frame_height = (
+            middle_of(field, self._in_own_sense) for field in (support, ceiling, frame_height)
+        )
         fields = dict(zip(fields, (load, support, ceiling, foundation, frame_height), strict=True))
         self.node_area = np.broadcast_to(np.asarray(area, dtype=np.float64), (lattice.size,))
         self.load: Vector = self.at_nodes(load, "load")

@@ -115,6 +115,12 @@ class StretchedModel(LatticeModel):
         pairs = {"load": (low.load, high.load), "support": (low.depth, high.depth)}
         if low.ceiling_depth is not None and high.ceiling_depth is not None:
             pairs["ceiling"] = low.ceiling_depth, high.ceiling_depth
+        frames = [0.0 if one.frame_heights is None else one.frame_heights[self.frame_points()] for one in (low, high)]
+        least, most = frames[::-1] if self.upwards else frames
+        if np.any(np.asarray(least) > most):
+            raise ValueError(
+                "frame_height=between(lower, upper): the lower one is above the upper one at a point of the frame"
+            )
         for name, (least, most) in pairs.items():
             if (least > most).any():
                 worst = int(np.argmax(least > most))
