@@ -89,6 +89,15 @@ def test_the_bound_is_close_to_the_error():
     assert half_width(found.energy) < 1.2e-3 * abs(found.energy.lower)
 
 
+def test_curved_supports_cost_little():
+    """Over a hill most of the interpolant's error is in contact, where it is known; truth from a finer lattice."""
+    hill = {"support": Paraboloid(0.02, 2.0, (0.5, 0.4))}
+    coarse, fine = (solved(UNIT.lattice(1 / n), **hill) for n in (32, 256))
+    below = [solution.model.padded_below(solution.gap)[1:-1, 1:-1] for solution in (coarse, fine)]
+    true_error = energies._stretch(Data.of(fine.model), np.pad(prolonged(below[0], 8) - below[1], 1)).norm
+    assert true_error < coarse.continuum().energy_error < 1.3 * true_error
+
+
 KINKED = {
     "cone": {"support": Cone(0.02, 0.1, (0.52, 0.5))},
     "cylinder": {"support": Cylinder(0.02, 0.3, (0.5, 0.5))},
@@ -286,7 +295,7 @@ def simpson(function):
     return (function(Fraction(0)) + 4 * function(Fraction(1, 4)) + function(Fraction(1, 2))) / 12
 
 
-@settings(max_examples=20)
+@settings(max_examples=8)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_energy_and_misfit_in_rational_numbers(seed):
     """The parts of the bound, and the identity that they come from, in exact arithmetic on tiny lattices.
@@ -304,7 +313,7 @@ def test_energy_and_misfit_in_rational_numbers(seed):
     data = Data.of(model)
     heights = np.zeros(data.plan.nodes.shape)
     heights[data.plan.nodes] = size * rng.normal(size=lattice.size)
-    flux = energies._flux(data, heights, heights)
+    flux = energies._flux(data, heights, heights, data.surfaces)
     h, p, t = exactly(spacing), exactly(load), [exactly(each) for each in tension]
     stored = work = misfit = dual = left = Fraction(0)
     for i, j in np.argwhere(data.plan.squares):

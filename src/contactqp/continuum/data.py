@@ -5,18 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..foundation.checks import Vector, repeated
-from ..foundation.surfaces import Ranged
+from ..foundation.intervals import Interval
+from ..foundation.surfaces import Curvature, Ranged
 from ..geometry.fields import OnFrame, evaluated, is_function
 from ..geometry.numbering import Grid
 from ..models.on_lattice import LatticeModel
 from ..profiles.analytic import Profile
 from .cell_fields import CellField, array_field, continued, function_field, number_field
 from .plan import CORNERS, Plan
+
+Surfaces: TypeAlias = list[tuple[CellField, float]]
+"""Fields that depths, multiplied by a sign, must not exceed."""
 
 
 class Tensions(NamedTuple):
@@ -90,6 +94,27 @@ class Data:
         """Depth of the ceiling, -infinite where there is none (length); None without one."""
         depth = self.model.ceiling_depth
         return None if depth is None else self._depth("ceiling", depth, self._not_below_frame)
+
+    @cached_property
+    def surfaces(self) -> Surfaces:
+        """What the membrane must not cross, each with the sign by which depths count so that it is an upper bound."""
+        ceiling = [] if self.ceiling is None else [(-self.ceiling, -1.0)]
+        return [(self.support, 1.0), *ceiling]
+
+    def bends_of(self, surface: CellField, sign: float) -> Curvature | None:
+        """Return the second derivatives of one of the `surfaces` on each square, as it counts; None if not known."""
+        name = "support" if sign > 0 else "ceiling"
+        given = self.model.given.get(name)
+        if surface.straight or not is_function(given):
+            none = Interval.of(np.zeros(self.plan.squares.shape))
+            return Curvature(none, none, none)
+        bends = given.curvature(*self.plan.around_squares) if isinstance(given, Ranged) else None
+        if bends is None:
+            return None
+        turned = (self.model.upwards and not isinstance(given, Profile)) != (sign < 0)
+        shape = self.plan.squares.shape
+        parts = [-part if turned else part for part in bends]
+        return Curvature(*(Interval(*(np.broadcast_to(end, shape) for end in (p.lower, p.upper))) for p in parts))
 
     @cached_property
     def foundation(self) -> CellField | None:

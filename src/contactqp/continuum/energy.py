@@ -62,6 +62,22 @@ of which is the frame at y = 0, where g ≤ f, f is bounded from below by interp
 h²/2 max f_yy is enough, at most four times ``below``. The contact error is that of this v. The norm of w's own
 interpolant differs from it by at most ‖I(w - v)‖.
 
+**Curved supports.** That is more than it need be, for the true reaction works on the same gap. Let now v = Iw, w ≤ f
+at the nodes, and let ψ vanish on the frame with c - v ≤ ψ ≤ f - v: near nodes that the support holds, ψ is f - If,
+what is left between the nodes. Keep what (1) drops, φ² = ∫|T∇w* - y|²/T, and subtract (2): as ψ R* ≤ R⁺(f - v) + R⁻(v
+- c) and, by Gauss's theorem, ∫(λ - R*)ψ = -∫(y - T∇w*)·∇ψ - ∫k(v - w*)ψ,
+
+.. math:: ‖v - w*‖² + φ² ≤ η² + 2Λ' + 2κ(‖v - w*‖ + ‖ψ‖) + 2φ‖ψ‖_T + 2‖v - w*‖_k‖ψ‖_k - ‖v - w*‖_k²,
+
+with Λ' = ∫λ⁺(f - v - ψ) + ∫λ⁻(v - c + ψ), which is zero within the contact. By 2ab ≤ a² + b² twice,
+
+.. math:: ‖v - w*‖ ≤ κ + \sqrt{κ² + η² + ‖ψ‖² + 2Λ' + 2κ‖ψ‖}.
+
+ψ = χ(f - If) with χ bilinear, 1 at the nodes near contact and 0 on the frame and beyond. In a square ∂_x(f - If) has
+the part of f - I_x f, whose mean along each line is zero: with f_xx = m ± r its norm over the square is at most
+h²(|m|/\sqrt{12} + r/π); and the part of I_x(f - I_y f), at most h²/4 (max f_xy - min f_xy). Where χ changes, |f - If|
+is added.
+
 **Frame.** Where the frame leaves the chord between two of its points, with |g″| ≤ γ, v has E = (g - Ig)(1 - t/h) added
 in the squares beside it, t the distance from the frame: then v = g. As g - Ig vanishes at both ends of an edge, ∫|g -
 Ig|² ≤ (h/π)⁴γ²h and ∫|g′ - Ig′|² ≤ (h/π)²γ²h, so that ∫|∇E|² ≤ γ²h⁴(1/(3π²) + 1/π⁴) for each edge.
@@ -73,7 +89,7 @@ exactly. λ, the squares and their sums are bounded with all rounding (Higham 20
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -84,7 +100,7 @@ from ..foundation.checks import Mask
 from ..foundation.rounding import UNDERFLOW, gamma
 from ..geometry.numbering import Grid
 from .cell_fields import CellField
-from .data import Data, kept_at
+from .data import Data, Surfaces, kept_at
 from .plan import CORNERS, Plan
 
 _FEW = gamma(40)
@@ -93,6 +109,9 @@ _FEW = gamma(40)
 _GROW = 1 + gamma(64)
 
 _LESS_THAN_PI = 3.141592653589793
+
+_TWELFTH_ROOT = 0.28867513459481292
+"""No less than the square root of a twelfth."""
 
 _MEAN_OF_QUARTER = (9 / 16, 3 / 16, 3 / 16, 1 / 16)
 """Weights of a square's corners in the mean of a bilinear function over the quarter at the first of them; exact."""
@@ -142,7 +161,7 @@ def energy_bounds(data: Data, depths: Grid) -> EnergyBounds:
         if admissible is None:
             return EnergyBounds(Bracket(-np.inf, np.inf), np.inf, np.inf, _stretch(data, own).norm)
         stretch = _stretch(data, admissible)
-        flux = _flux(data, own, admissible)
+        flux = _flux(data, own, admissible, data.surfaces)
         rim = _norm_of_rim(data)
         misfit = _above(_misfit(data, admissible, flux) + rim)
         gap = max(0.0, _above(misfit**2 / 2 + flux.cost))
@@ -150,9 +169,11 @@ def energy_bounds(data: Data, depths: Grid) -> EnergyBounds:
         energy = _energy(data, admissible, stretch, rim)
         lower = sum_below([energy.lower, -gap, -_above(flux.slack * norm)])
         contact = _above(gap + flux.slack**2 / 2)
-        lowered = 0.0 if admissible is own else _stretch(data, own - admissible).norm
-    known = _stretch(data, own).norm if lowered else stretch.norm
-    bounds = lower, energy.upper, _above(norm + lowered + (rim if lowered or rim else 0.0)), contact
+        error, known = norm, stretch.norm
+        if admissible is not own:
+            known = _stretch(data, own).norm
+            error = min(_above(norm + _stretch(data, own - admissible).norm), curved_bound(data, own, rim))
+    bounds = lower, energy.upper, _above(error + rim) if rim else error, contact
     lower, upper, error, contact = (_known(bound, away) for bound, away in zip(bounds, (-1, 1, 1, 1), strict=True))
     return EnergyBounds(Bracket(lower, upper), error, contact, known)
 
@@ -280,7 +301,13 @@ def _apart(data: Data, points: Grid, share: float) -> Grid:
         pairs = [_sides((each, each), axis, 0) for each in (np.abs(stiff), np.abs(high))]
         product = product + np.maximum(*pairs[0]) * np.maximum(*pairs[1]) / 4
     rounding = _FEW * _corner_most(plan, np.abs(data.load.values) + np.abs(foundation.values * points))
-    return np.asarray((data.load.apart + share * product + rounding) * _GROW)
+    beside = _most_of_foundation(data) * _leaves(data)
+    return np.asarray((data.load.apart + share * product + rounding + beside) * _GROW)
+
+
+def _leaves(data: Data) -> Grid:
+    """Return how far v lies from its interpolant beside the frame at most."""
+    return np.asarray(data.bend_of_frame * data.plan.frame_edges * data.plan.spacing**2 / 8 * _GROW)
 
 
 class _Flux(NamedTuple):
@@ -304,7 +331,7 @@ class _Flux(NamedTuple):
     slack: float
 
 
-def _flux(data: Data, own: Grid, trial: Grid) -> _Flux:
+def _flux(data: Data, own: Grid, trial: Grid, surfaces: Surfaces) -> _Flux:
     plan, square = data.plan, data.plan.spacing**2
     along_x, along_y = _differences(own)
     across = data.arms[0] * along_x, data.arms[1] * along_y
@@ -327,9 +354,7 @@ def _flux(data: Data, own: Grid, trial: Grid) -> _Flux:
     reaction = np.where(nodes, force * square + pulls, 0.0)
     rounding = np.where(nodes, _FEW * (size * square + sums), 0.0)
     pressed, cost = np.zeros_like(nodes), 0.0
-    for surface, sign in ((data.support, 1.0), (None if data.ceiling is None else -data.ceiling, -1.0)):
-        if surface is None:
-            continue
+    for surface, sign in surfaces:
         push = sign * reaction
         mean, room = _mean_gap(data, surface, sign * trial)
         with np.errstate(invalid="ignore"):  # where there is neither node nor support
@@ -348,11 +373,12 @@ def _mean_gap(data: Data, surface: CellField, points: Grid) -> tuple[Grid, Grid]
     plan = data.plan
     mean, room = np.zeros(points.shape), np.zeros(points.shape)
     distance, size = surface.values - points, np.abs(surface.values) + np.abs(points)
+    leaves = _leaves(data)
     for corner in range(4):
         for which, weight in enumerate(_MEAN_OF_QUARTER):
             plan.at_corner(mean, corner)[...] += weight / 4 * kept_at(plan, distance, corner, which)
             plan.at_corner(room, corner)[...] += weight / 4 * kept_at(plan, size, corner, which)
-        plan.at_corner(mean, corner)[...] += surface.mean_above / 4
+        plan.at_corner(mean, corner)[...] += (surface.mean_above + leaves) / 4
         plan.at_corner(room, corner)[...] += np.abs(surface.mean_above) / 4
     return mean, _FEW * room
 
@@ -491,6 +517,105 @@ def _norm_of_rim(data: Data) -> float:
     return _above(math.sqrt(_sum_above((share * (plan.frame_edges * bend * square) ** 2)[plan.squares])))
 
 
+def curved_bound(data: Data, own: Grid, rim: float) -> float:
+    """Return a bound of the norm of Iw - w* that takes curved supports as they are, infinite where there is none.
+
+    Parameters
+    ----------
+    data : Data
+    own : array, shape (rows + 2, columns + 2)
+        Depths of the answer w and of the frame (length).
+    rim : float
+        What v has beside its interpolant at the frame.
+    """
+    plan = data.plan
+    trial = own
+    for surface, sign in data.surfaces:
+        trial = np.where(plan.nodes, sign * np.minimum(sign * trial, surface.values), trial)
+    reliefs: Surfaces = []
+    bumps, swell = 0.0, list[_Relief]()
+    for surface, sign in data.surfaces:
+        relief = _relief(data, surface, sign, trial)
+        if relief is None:
+            return math.inf
+        reliefs.append((replace(surface, mean_above=relief.left), sign))
+        bumps += relief.square
+        swell.append(relief)
+    if len(swell) > 1 and any((one.apart > other.room).any() for one, other in (swell, swell[::-1])):
+        return math.inf
+    flux = _flux(data, own, trial, reliefs)
+    misfit, bump = _above(_misfit(data, trial, flux) + rim), _above(math.sqrt(bumps))
+    total = _above(misfit**2 + bump**2 + 2 * max(0.0, flux.cost) + 2 * flux.slack * bump + flux.slack**2)
+    clipped = 0.0 if trial is own or (trial == own).all() else _stretch(data, own - trial).norm
+    found = _above(flux.slack + math.sqrt(total) + clipped)
+    return math.inf if math.isnan(found) else found
+
+
+class _Relief(NamedTuple):
+    """A function ψ near one of the surfaces.
+
+    Attributes
+    ----------
+    square : float
+        Upper bound of ‖ψ‖².
+    left : array, shape (rows + 1, columns + 1)
+        Upper bound of the mean of (1 - χ)(f - If) over a quarter of each square.
+    apart : array, shape (rows + 1, columns + 1)
+        Upper bound of |ψ| in each square.
+    room : array, shape (rows + 1, columns + 1)
+        How far v stays clear of the surface in each square at least, below 0 where it may touch.
+    """
+
+    square: float
+    left: Grid
+    apart: Grid
+    room: Grid
+
+
+def _relief(data: Data, surface: CellField, sign: float, points: Grid) -> _Relief | None:
+    """Return ψ near a surface, None if there is none that is known to be admissible."""
+    plan = data.plan
+    gap = np.where(plan.points, surface.values - sign * points, np.inf)
+    least = np.minimum.reduce([plan.at_corner(gap, k) for k in range(4)]) * (1 - _FEW)
+    leaves = _leaves(data)
+    touching = plan.nodes & (gap <= 0)
+    flagged = plan.squares & (least < surface.below + leaves)
+    flagged |= plan.squares & _any_corner(plan, touching)
+    open_frame = np.where(plan.frame, gap, np.inf) * (1 - _FEW)
+    beside = np.minimum.reduce([plan.at_corner(open_frame, k) for k in range(4)])
+    bends = data.bends_of(surface, sign)
+    whole = np.isfinite(surface.below) & np.isfinite(surface.above)
+    if bends is None or (flagged & ((beside < surface.below + leaves) | ~whole)).any():
+        return None
+    chosen = plan.nodes & (_corner_to_points(plan, flagged.astype(np.float64)) > 0)
+    inside = np.logical_and.reduce([plan.at_corner(chosen, k) for k in range(4)])
+    some = _any_corner(plan, chosen)
+    apart = np.where(some, surface.apart, 0.0)
+    slope = np.where(some & ~inside, surface.apart, 0.0)
+    parts = []
+    for axis, own in ((1, bends.xx), (0, bends.yy)):
+        middle, radius = (own.lower + own.upper) / 2, (own.upper - own.lower) / 2
+        steep = np.abs(middle) * _TWELFTH_ROOT + radius / _LESS_THAN_PI + (bends.xy.upper - bends.xy.lower) / 4
+        part = np.where(some, plan.spacing**2 * steep, 0.0) + slope + 2 * surface.rounding
+        tension = np.maximum.reduce(
+            [np.broadcast_to(t.middle + t.spread, some.shape) for t in (data.tensions(axis, k) for k in range(4))]
+        )
+        parts.append(tension * part**2)
+    square = parts[0] + parts[1]
+    if data.foundation is not None:
+        square = square + _most_of_foundation(data) * plan.spacing**2 * apart**2
+    square = np.where(some, square, 0.0)
+    if not np.isfinite(square).all():
+        return None
+    left = np.where(inside, surface.rounding, np.maximum(surface.above, 0.0))
+    room = np.where(plan.squares, least - surface.below - leaves, np.inf)
+    return _Relief(_sum_above(square), left, apart, np.where(some, -1.0, room))
+
+
+def _any_corner(plan: Plan, points: Mask) -> Mask:
+    return np.asarray(np.logical_or.reduce([plan.at_corner(points, k) for k in range(4)]))
+
+
 def _admissible(data: Data, own: Grid) -> Grid | None:
     """Return values at the points whose interpolant crosses neither support nor ceiling, and which are the frame's.
 
@@ -502,7 +627,7 @@ def _admissible(data: Data, own: Grid) -> Grid | None:
     ValueError
         If the frame's own height lies beyond them.
     """
-    sides = [(data.support, 1.0), *([(-data.ceiling, -1.0)] if data.ceiling is not None else [])]
+    sides = data.surfaces
     lowered = own
     for surface, sign in sides:
         most = _most(data, surface, sign * own, "support" if sign > 0 else "ceiling")
@@ -545,7 +670,7 @@ def _most(data: Data, surface: CellField, points: Grid, name: str) -> Grid | Non
     bend = surface.bent_below * _GROW
     on_edge = (plan.frame_edges == 1) & np.isfinite(bend)
     at_frame = plan.squares & (plan.frame_corners > 0) & ~on_edge
-    leaves = data.bend_of_frame * plan.spacing**2 / 4
+    leaves = _leaves(data)
     gap = np.minimum.reduce([plan.at_corner(surface.values - points, k) for k in range(4)])
     spare = gap * (1 - _FEW) >= fall + leaves
     # Along lines on which the support does not bend away from its chords, it is enough that nodes are not below it.
