@@ -10,6 +10,7 @@ import numpy as np
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Vector
 from ..foundation.rounding import UNIT_ROUNDOFF
+from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from .barriers import Barrier
 from .contact import ContactBounds, contact_bounds
@@ -27,6 +28,7 @@ class MembraneBounds:
 
     Attributes
     ----------
+    lattice : Lattice
     lower, upper : array, shape (n,)
         Bounds of its deflection at the nodes, positive as the model's heights (length).
     gap_lower, gap_upper : array, shape (n,)
@@ -48,6 +50,7 @@ class MembraneBounds:
         How often the lattice's problem was solved again, for the lower and the upper bound of the gap.
     """
 
+    lattice: Lattice
     lower: Vector
     upper: Vector
     gap_lower: Vector
@@ -106,6 +109,7 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
     upwards = data.model.upwards
     low_depth, high_depth = (numbering.to_vector(bound, ring=1) for bound in (least_depth, most_depth))
     return MembraneBounds(
+        lattice=data.plan.lattice,
         lower=-high_depth if upwards else low_depth,
         upper=-low_depth if upwards else high_depth,
         gap_lower=np.maximum(numbering.to_vector(least_gap, ring=1), 0.0),
