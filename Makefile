@@ -65,30 +65,11 @@ notebooks: $(VENV)/.installed-dev  ## Execute the notebooks anew and keep their 
 docs: $(VENV)/.installed-docs  ## Build the documentation site into build/site, where it needs no network
 	$(BIN)/sphinx-build --nitpicky --fail-on-warning --keep-going --jobs 2 --doctree-dir build/doctrees docs build/site
 
-benchmarks: $(VENV)/.installed-benchmarks  ## Measure speed and sharpness as docs/benchmarks.md states them
-	$(BIN)/python benchmarks/facade.py
-	$(BIN)/python benchmarks/psor.py
-	$(BIN)/python benchmarks/speed.py
-	$(BIN)/python benchmarks/certificates.py
-	$(BIN)/python benchmarks/relaxation.py
-	$(BIN)/python benchmarks/sessions.py
-	$(BIN)/python benchmarks/matrices.py
-	$(BIN)/python benchmarks/inverse.py
-	$(BIN)/python benchmarks/refinement.py
+benchmarks: $(VENV)/.installed-benchmarks  ## Measure all that benchmarks/ describes, in an hour or more, into build/benchmarks
+	$(BIN)/contactqp bench run benchmarks/*.py --out build/benchmarks
 
 benchmarks-smoke: $(VENV)/.installed-benchmarks  ## Run every benchmark once at a small size, to see that it runs
-	$(BIN)/python benchmarks/facade.py --nodes 15 --repeat 1
-	$(BIN)/python benchmarks/psor.py --nodes 15 --repeat 1
-	$(BIN)/python benchmarks/backends.py --sizes 7 --backends osqp multigrid
-	$(BIN)/python benchmarks/backend_settings.py --sizes 15 --repeat 1
-	$(BIN)/python benchmarks/certificates.py --problems "cable 199" "beam 50" --sizes 31
-	$(BIN)/python benchmarks/relaxation.py --loads 0.01 --nodes
-	$(BIN)/python benchmarks/sessions.py --repeat 1 --path 63 --touchdown 15
-	$(BIN)/python benchmarks/matrices.py --repeat 1 --largest 5000
-	$(BIN)/python benchmarks/inverse.py --rows 15 --steps 3
-	$(BIN)/python benchmarks/refinement.py --repeat 1 --squares 64 --targets 0.1
-	$(BIN)/python benchmarks/speed.py --repeat 1 --general-qp 15 --linear-amg 63 --own-linear 63 --per-node 63 \
-		--growth 511 --cycles 255 --nested 63 --huge 63
+	$(BIN)/contactqp bench run benchmarks/*.py --smoke
 
 news: $(VENV)/.installed-release  ## Show what changelog.d/ will add to the changelog
 	$(BIN)/towncrier build --draft --version "$$($(BIN)/python -c 'import contactqp; print(contactqp.__version__)')"
@@ -129,5 +110,5 @@ $(MINIMUMS)/.installed: $(VENV)/.installed-dev pyproject.toml Makefile
 
 clean:  ## Remove what the other targets made
 	rm -rf .venv .venv-* build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis hexagon.png
-	rm -rf docs/notebooks docs/api/generated docs/pictures docs/_extra
+	rm -rf docs/notebooks docs/api/generated docs/pictures docs/_extra docs/_unreleased.md
 	find src tests -name __pycache__ -prune -exec rm -rf {} +

@@ -1,17 +1,19 @@
-"""Trial of the general backends' settings: which of those that certify is the fastest.
+"""Trial of the general backends' settings: which of those that certify is the fastest, over the default's time.
 
-    python benchmarks/backend_settings.py [--sizes 63 127 255] [--tol 1e-6] > benchmarks/backend_settings.txt
+    contactqp bench run benchmarks/backend_settings.py osqp-settings --points hexagon,63,127,255
 
-Prints a table for the hexagon and for the bowl on the unit square at each size: the seconds of every variant of
-settings over those of the default, all measured in this process, one after the other, with the time of each the least
-of ``--repeat`` runs. A variant that does not certify is marked.
+``backend_settings.txt`` is what the trial said when the settings were chosen.
 """
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
 
 import contactqp as cq
+from contactqp.benchmark import Phase, Spec
 from contactqp.gallery import bowl, paper_hexagon
 
 VARIANTS: dict[str, list[dict[str, object]]] = {
@@ -51,64 +53,51 @@ VARIANTS: dict[str, list[dict[str, object]]] = {
         {"eps": 1e-7},
     ],
 }
-LARGEST = {"mangasarian": 63 * 63}
+LARGEST = {"mangasarian": 63}
+TIME_LIMIT = 20.0
+"""Seconds a solve."""
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sizes", type=int, nargs="*", default=[63, 127])
-    parser.add_argument("--tol", type=float, default=1e-6)
-    parser.add_argument("--time-limit", type=float, default=20.0, help="seconds a solve")
-    parser.add_argument("--repeat", type=int, default=2)
-    parser.add_argument("--backends", nargs="*", default=list(VARIANTS))
-    arguments = parser.parse_args()
-    problems = {"hexagon": paper_hexagon()} | {f"bowl {n}x{n}": bowl(n) for n in arguments.sizes}
-    for backend in arguments.backends:
-        print(f"\n{backend}, tol {arguments.tol:g}")
-        figures = f"{'iterations':>10s} {'bound':>8s} {'seconds':>8s} {'/default':>8s}"
-        print(f"{'problem':14s} {'settings':42s} {'status':16s} {figures}")
-        for name, model in problems.items():
-            if model.lattice.size > LARGEST.get(backend, 10**9):
-                continue
-            cq.solve(model, backend, tol=0.1, on_failure="ignore")  # so that no variant pays for loading the library
-            reference = None
-            for variant in VARIANTS[backend]:
-                options = resolve(variant, model)
-                best = None
-                for _ in range(arguments.repeat):
-                    solution = cq.solve(
-                        model,
-                        backend,
-                        tol=arguments.tol,
-                        time_limit=arguments.time_limit,
-                        on_failure="ignore",
-                        **options,
-                    )
-                    if best is None or solution.seconds < best.seconds:
-                        best = solution
-                assert best is not None
-                reference = reference or best.seconds
-                label = ", ".join(f"{key}={value}" for key, value in variant.items()) or "(default)"
-                print(
-                    f"{name:14s} {label:42s} {best.status.value:16s} {best.iterations:10d} {best.relative_bound:8.1e} "
-                    f"{best.seconds:8.3f} {best.seconds / reference:8.2f}",
-                    flush=True,
-                )
+class Given(NamedTuple):
+    """A model, and the cost vectors that a linear program may be given."""
+
+    model: cq.Membrane
+    costs: Mapping[str, Any]
 
 
-def resolve(variant: dict[str, object], model: cq.Membrane) -> dict[str, object]:
-    """Replace the name of a cost vector by the vector."""
-    import numpy as np
-
+def given(point: str | int) -> Given:
+    model = paper_hexagon() if isinstance(point, str) else bowl(point)
     barrier = model.problem.barrier
     assert barrier is not None
-    costs = {
-        "barrier": barrier.v,
-        "stiffness of the barrier": barrier.s,
-        "random": np.random.default_rng(0).uniform(0.5, 2.0, model.lattice.size),
-    }
-    return {key: costs[str(value)] if key == "cost" else value for key, value in variant.items()}
+    random = np.random.default_rng(0).uniform(0.5, 2.0, model.size)
+    return Given(model, {"barrier": barrier.v, "stiffness of the barrier": barrier.s, "random": random})
 
 
-if __name__ == "__main__":
-    main()
+def solved(backend: str, variant: Mapping[str, object]) -> Callable[[Given], cq.Solution]:
+    def run(case: Given) -> cq.Solution:
+        options = {key: case.costs[str(value)] if key == "cost" else value for key, value in variant.items()}
+        return cq.solve(case.model, backend, tol=1e-6, time_limit=TIME_LIMIT, on_failure="ignore", **options)
+
+    return run
+
+
+def trial(backend: str) -> Spec:
+    def named(variant: Mapping[str, object]) -> str:
+        return ", ".join(f"{key}={value}" for key, value in variant.items()) or "default"
+
+    return Spec(
+        f"{backend}-settings",
+        f"{backend} with other settings, certified to 1e-6",
+        given,
+        ("hexagon", 63, 127),
+        {
+            named(variant): Phase(solved(backend, variant), largest=LARGEST.get(backend, np.inf))
+            for variant in VARIANTS[backend]
+        },
+        point="hexagon, or nodes along a side of a bowl",
+        repeat=2,
+        smoke=15,
+    )
+
+
+SPECS = tuple(trial(backend) for backend in VARIANTS)

@@ -6,30 +6,30 @@ r <= a = 0.697965..., and is -A ln r + B beyond. Told is the Hausdorff distance 
 in the middle of edges that join a node in contact to one that is not; the Jaccard index of the contact area and the
 disk r <= a, which is the area of what they have in common over that of both together; and the largest error of the
 deflection. The contact area is that of the triangles whose corners are all in contact, or on a lattice that of the
-squares about the nodes in contact. Time is
-that of all processors, from an empty model (the mesh: from 16² squares) to the certified answer: other programs that
-run at the same time do not count. Of several runs the fastest is told.
+squares about the nodes in contact. Time is that of all processors, from an empty model (the mesh: from 16² squares) to
+the certified answer: other programs that run at the same time do not count.
 
-    python benchmarks/refinement.py                     print the table
-    python benchmarks/refinement.py --plot curve.png    and draw it
+    contactqp bench run benchmarks/refinement.py
+
+VIAMR, which refines meshes through Firedrake, was published with a distance of 2.6e-3, a Jaccard index of 0.9982 and
+17,447 vertices in 3.6 s on its authors' machine.
 """
 
-import argparse
+from __future__ import annotations
+
 import time
-import warnings
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import shapely
-import skfem
 
 import contactqp as cq
+from contactqp.benchmark import Spec
 
 RADIUS, SLOPE, RISE = 0.697965148223374, 0.680259411891719, 0.471519893402112
 _LAST = 0.9
 """Where the sphere is carried on as a cone, which is nowhere steeper than that."""
-
-VIAMR = {"distance": 2.6e-3, "seconds": 3.6, "vertices": 17_447, "jaccard": 0.9982}
-"""What VIAMR, which refines meshes through Firedrake, was published with on its authors' machine."""
 
 
 def sphere(x, y):
@@ -54,6 +54,8 @@ def on_lattice(squares):
 
 def on_mesh(target):
     """Refine a coarse mesh."""
+    import skfem
+
     side = np.linspace(-2, 2, 17)
     mesh = cq.MeshMembrane.from_skfem(skfem.MeshTri.init_tensor(side, side), 1.0, **GIVEN)
     return cq.refine(cq.solve(mesh, tol=1e-6), target).solution
@@ -97,67 +99,44 @@ def jaccard(cells):
     return common / (area.sum() + np.pi * RADIUS**2 - common)
 
 
-def measured(solve, cells, size, repeat):
-    """Return nodes, Hausdorff distance, Jaccard index, error, and the least processor time of some runs."""
-    least = np.inf
-    for _ in range(repeat):
-        started = time.process_time()
-        solution = solve(size)
-        least = min(least, time.process_time() - started)
-    model = solution.model
-    distance = distance_from_circle(model.free_boundary(solution.contact))
-    error = np.abs(solution.deflection - exact(model.node_x, model.node_y)).max()
-    assert solution.status == "certified"
-    return model.size, distance, float(jaccard(cells(solution))), float(error), least
+def off(cells: Callable[[Any], Any]) -> Callable[[Any, Any], dict[str, Any]]:
+    def tell(case: Any, solution: Any) -> dict[str, Any]:
+        model = solution.model
+        return {
+            "status": solution.status.value,
+            "nodes": model.size,
+            "Hausdorff": float(distance_from_circle(model.free_boundary(solution.contact))),
+            "Jaccard": float(jaccard(cells(solution))),
+            "error": float(np.abs(solution.deflection - exact(model.node_x, model.node_y)).max()),
+        }
+
+    return tell
 
 
-def draw(rows, path):
-    """Draw distances against seconds."""
-    from contactqp.plotting.style import BLUE, CONTACT, INK, new_figure, tidy
-
-    figure = new_figure(7, 4.6)
-    axes = figure.subplots()
-    beside = ((BLUE, (-6, -9), "right"), (CONTACT, (5, 4), "left"))
-    for (kind, found), (colour, shift, side) in zip(rows.items(), beside, strict=True):
-        nodes, distances, _, _, seconds = zip(*found, strict=True)
-        axes.loglog(seconds, distances, "o-", color=colour, label=kind)
-        for count, distance, second in zip(nodes, distances, seconds, strict=True):
-            place = {"xytext": shift, "textcoords": "offset points", "fontsize": "x-small", "ha": side}
-            axes.annotate(f"{count:,}", (second, distance), color=colour, **place)
-    axes.plot(VIAMR["seconds"], VIAMR["distance"], "*", ms=12, color=INK, label="VIAMR, 17,447 vertices, as published")
-    axes.set(xlabel="seconds of processor time", ylabel="Hausdorff distance of the free boundary")
-    axes.legend(frameon=False)
-    tidy(axes)
-    figure.savefig(path, dpi=120)
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--squares", type=int, nargs="+", default=[128, 256, 512, 1024, 1600])
-    parser.add_argument("--targets", type=float, nargs="+", default=[0.08, 0.03, 0.012, 0.006, 0.003])
-    parser.add_argument("--repeat", type=int, default=2)
-    parser.add_argument("--plot")
-    arguments = parser.parse_args()
-    warnings.simplefilter("ignore", cq.ContactWarning)
-    for solve, size in ((on_lattice, max(arguments.squares)), (on_mesh, min(arguments.targets))):
-        solve(size)  # loads libraries and compiles kernels
-    runs = {
-        "uniform lattice": (on_lattice, squares_in_contact, arguments.squares),
-        "refined mesh": (on_mesh, triangles_in_contact, arguments.targets),
-    }
-    rows = {}
-    print(f"{'':16} {'nodes':>9} {'Hausdorff':>10} {'Jaccard':>8} {'error':>9} {'seconds':>8}")
-    for kind, (solve, cells, sizes) in runs.items():
-        rows[kind] = []
-        for size in sizes:
-            rows[kind].append(measured(solve, cells, size, arguments.repeat))
-            nodes, distance, index, error, seconds = rows[kind][-1]
-            print(f"{kind:16} {nodes:9,} {distance:10.2e} {index:8.5f} {error:9.2e} {seconds:8.2f}", flush=True)
-    told = f"{VIAMR['vertices']:9,} {VIAMR['distance']:10.2e} {VIAMR['jaccard']:8.4f} {'':9} {VIAMR['seconds']:8.1f}"
-    print(f"{'VIAMR, published':16} {told}")
-    if arguments.plot:
-        draw(rows, arguments.plot)
-
-
-if __name__ == "__main__":
-    main()
+SPECS = (
+    Spec(
+        "boundary-lattice",
+        "how far off the free boundary is on a uniform lattice, against processor time",
+        lambda squares: squares,
+        (128, 256, 512, 1024, 1600),
+        {"lattice": on_lattice},
+        point="squares along a side",
+        tell=off(squares_in_contact),
+        repeat=2,
+        smoke=64,
+        drawn=True,
+        clock=time.process_time,
+    ),
+    Spec(
+        "boundary-mesh",
+        "how far off the free boundary is on a refined mesh, against processor time",
+        lambda target: target,
+        (0.08, 0.03, 0.012, 0.006, 0.003),
+        {"mesh": on_mesh},
+        point="the length that edges at the boundary are refined to",
+        tell=off(triangles_in_contact),
+        repeat=2,
+        smoke=0.1,
+        clock=time.process_time,
+    ),
+)

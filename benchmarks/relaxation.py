@@ -1,26 +1,61 @@
-"""Sweeps of projected over-relaxation with the automatic factor, beside the best of scanned factors.
+"""Projected over-relaxation: the speed of its sweep, and sweeps with the automatic factor beside those of scanned ones.
 
-    python benchmarks/relaxation.py [--nodes 63 127 255] [--loads 0.01 0.1] [--fine]
+    contactqp bench run benchmarks/relaxation.py sweep
+    contactqp bench run benchmarks/relaxation.py factor        # steps of 0.05 on the hexagon, of 0.005 on the bowls
+    contactqp bench run benchmarks/relaxation.py factor-fine   # steps of 0.01 on the hexagon
 
-Prints, for the paper's hexagon at its ten loads or at those given, and for square bowls, from a cold start and for each
-of the stopping rules: the best scanned factor and its number of sweeps, the automatic one's last factor and its sweeps,
-and the ratio. Factors are scanned in steps of 0.05 on the hexagon, with ``--fine`` also in steps of 0.01 about the
-best, and on the bowls in steps of 0.005 there.
-The certified rule stands at tol = 1e-6, the paper's two at a thousandth of the spacing.
+``sweep`` takes one core; its microseconds are those of an update of a node, and its ratios are over a compiled copy of
+as many doubles. ``factor`` begins cold. The certified rule stands at 1e-6, the paper's two at a thousandth of the
+spacing.
 """
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Iterator
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
 
 import contactqp as cq
+from contactqp.benchmark import Phase, Spec
 from contactqp.gallery import PAPER_LOADS, bowl, paper_hexagon
 
+SWEEPS = 10
 RULES = ("certified", "step", "residual")
 SWEEP_LIMIT = 20_000
+
+
+@njit("void(float64[::1], float64[::1])", cache=True)
+def copy(source, target):  # type: ignore[no-untyped-def]
+    for i in range(source.size):
+        target[i] = source[i]
+
+
+class Sweeping(NamedTuple):
+    """Two sweepers over the same lattice, and arrays of its size."""
+
+    lexicographic: Any
+    red_black: Any
+    source: Any
+    target: Any
+
+
+def sweeping(nodes: int) -> Sweeping:
+    from contactqp.methods.sor.sweepers import LatticeSweeper
+
+    problem, _ = bowl(nodes).problem.scaled()
+    stencil = problem.stencil
+    assert stencil is not None
+    data = problem.layout, problem.q, np.zeros(problem.size), problem.bound_grids()
+    source = np.ones(problem.size)
+    sweepers = LatticeSweeper(stencil, *data), LatticeSweeper(stencil, *data, red_black=True)
+    return Sweeping(*sweepers, source, np.empty_like(source))
+
+
+def copies(case: Sweeping) -> None:
+    for _ in range(SWEEPS):
+        copy(case.source, case.target)
 
 
 def solve(model: cq.Membrane, rule: str, **options: object) -> cq.Solution:
@@ -41,33 +76,61 @@ def best_of_scan(model: cq.Membrane, rule: str, finest: float) -> tuple[float, i
     return best, sweeps[best]
 
 
-def problems(loads: list[float], bowls: list[int], fine: bool) -> Iterator[tuple[str, cq.Membrane, float]]:
-    for load in loads:
-        yield f"hexagon {load:.2f}", paper_hexagon(load), 0.01 if fine else 0.05
-    for nodes in bowls:
-        yield f"bowl {nodes}", bowl(nodes), 0.005
+class Scanned(NamedTuple):
+    """A model, and the best factor and sweeps for each rule."""
+
+    model: cq.Membrane
+    best: dict[str, tuple[float, int]]
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--nodes", type=int, nargs="*", default=[63, 127, 255], help="nodes along a side of the bowls")
-    parser.add_argument("--loads", type=float, nargs="*", default=list(PAPER_LOADS), help="of the hexagon")
-    parser.add_argument("--fine", action="store_true", help="scan the hexagon in steps of 0.01")
-    arguments = parser.parse_args()
-    print(f"{'problem':14s} {'rule':10s} {'best':>6s} {'N':>5s}   {'auto':>6s} {'N':>5s}   ratio")
-    worst = dict.fromkeys(RULES, 0.0)
-    for name, model, finest in problems(arguments.loads, arguments.nodes, arguments.fine):
-        for rule in RULES:
-            beta, sweeps = best_of_scan(model, rule, finest)
-            automatic = solve(model, rule)
-            last = float(automatic.termination.rsplit(" ", 1)[1])
-            ratio = automatic.iterations / sweeps
-            worst[rule] = max(worst[rule], ratio)
-            print(
-                f"{name:14s} {rule:10s} {beta:6.3f} {sweeps:5d}   {last:6.3f} {automatic.iterations:5d}   {ratio:.3f}"
-            )
-    print("worst:", ", ".join(f"{rule} {ratio:.3f}" for rule, ratio in worst.items()))
+def scanned(point: str, on_hexagon: float) -> Scanned:
+    kind, value = point.split()
+    model, finest = (paper_hexagon(float(value)), on_hexagon) if kind == "hexagon" else (bowl(int(value)), 0.005)
+    return Scanned(model, {rule: best_of_scan(model, rule, finest) for rule in RULES})
 
 
-if __name__ == "__main__":
-    main()
+def automatic(rule: str) -> Phase:
+    def run(case: Scanned) -> dict[str, float]:
+        solution, (factor, sweeps) = solve(case.model, rule), case.best[rule]
+        last = float(solution.termination.rsplit(" ", 1)[1])
+        counts = {"factor": last, "sweeps": solution.iterations, "best factor": factor, "its sweeps": sweeps}
+        return counts | {"over best": solution.iterations / sweeps}
+
+    return Phase(run, once=True)
+
+
+def factor(name: str, on_hexagon: float, points: tuple[str, ...]) -> Spec:
+    return Spec(
+        name,
+        "sweeps with the automatic factor, beside the best of scanned ones",
+        lambda point: scanned(point, on_hexagon),
+        points,
+        {rule: automatic(rule) for rule in RULES},
+        point="problem",
+        smoke="hexagon 0.1",
+        largest_facts=("over best",),
+    )
+
+
+HEXAGONS = tuple(f"hexagon {load:g}" for load in PAPER_LOADS)
+
+
+def passes(name: str) -> Callable[[Sweeping], object]:
+    return lambda case: getattr(case, name).sweep(1.9, SWEEPS)
+
+
+SPECS = (
+    Spec(
+        "sweep",
+        f"{SWEEPS} sweeps of projected over-relaxation on one core, beside a copy of the same arrays",
+        sweeping,
+        (1023,),
+        {"lexicographic": passes("lexicographic"), "red-black": passes("red_black"), "copy": copies},
+        size=lambda case: SWEEPS * case.source.size,
+        beside=("copy",),
+        repeat=7,
+        smoke=15,
+    ),
+    factor("factor", 0.05, (*HEXAGONS, "bowl 63", "bowl 127", "bowl 255")),
+    factor("factor-fine", 0.01, HEXAGONS),
+)

@@ -1,305 +1,367 @@
-"""The speed of the contact multigrid and of active sets, as ratios measured in one run.
+"""The speed of the contact multigrid and of active sets, beside general solvers, linear solves and itself.
 
-    python benchmarks/speed.py                      # every measure, some minutes
-    python benchmarks/speed.py per-node growth      # some of them
-    python benchmarks/speed.py picture --plot docs/speed.png
+    contactqp bench run benchmarks/speed.py                    # all, some minutes
+    contactqp bench run benchmarks/speed.py per-node growth    # some of them
 
-Measures, each with its default size (nodes along a side), which an option of the same name changes:
-
-    general-qp   (511)   multigrid and active sets against the fastest of OSQP, Clarabel and PIQP, same certified bound
-    linear-amg   (1023)  multigrid's contact problem against pyamg's linear one: classical set-up, and CG to 1e-10
-    own-linear   (2047)  multigrid's contact problem against the same lattice without a support
-    per-node     (2047)  microseconds a node, certified to 1e-8
-    growth       (8191)  exponent of time against nodes, from 255 up
-    cycles       (4095)  cycles to an error of 1e-10 on bowl and spiral, from 255 up
-    nested       (1023)  work until the error is that of the discretisation, on the ball
-    huge         (10000) seconds and peak memory of a process that solves it once, certified to 1e-6
-    picture              warm seconds against nodes for all backends, drawn with --plot
-
-Warm times are the least of ``--repeat`` runs, taken in turn with what they are compared to. The model is built before;
-its time is printed for ``huge``. PIQP and pyamg are optional: pip install '.[benchmarks]'.
+``huge`` solves 10⁸ nodes in a process of its own, whose peak of memory it tells. PIQP and pyamg are optional: pip
+install '.[benchmarks]'.
 """
 
 from __future__ import annotations
 
-import argparse
-import importlib.util
-import resource
+import json
 import subprocess
 import sys
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
-from timing import in_turn, seconds
+from scipy.optimize import brentq
+from shapely import Point, affinity
 
 import contactqp as cq
+from contactqp.benchmark import Phase, Spec
+from contactqp.foundation.checks import Vector
 from contactqp.foundation.threads import Team
 from contactqp.gallery import ball, bowl, spiral
-from contactqp.methods.multigrid.arms import arms_of
-from contactqp.methods.multigrid.nested import nested_start
 from contactqp.proof.measure import measure
 
-SIZES = {
-    "general-qp": 511,
-    "linear-amg": 1023,
-    "own-linear": 2047,
-    "per-node": 2047,
-    "growth": 8191,
-    "cycles": 4095,
-    "nested": 1023,
-    "huge": 10_000,
-}
+REPEAT = 5
+
+
+def solve(problem: object, backend: str = "multigrid", tol: float = 1e-6) -> cq.Solution:
+    return cq.solve(problem, backend, tol=tol, on_failure="ignore")
+
+
+def ready(model: cq.Membrane) -> cq.Membrane:
+    """Return a model of which all is known that a solve would find out first."""
+    model.problem.gap_scale  # noqa: B018  (finds the barrier)
+    return model
+
+
+# Beside general solvers and linear ones.
+
 PIQP_TOLERANCES = (1e-10, 3e-11, 1e-11, 3e-12, 1e-12)
-LARGEST_IN_PICTURE = {
-    "mangasarian": 63,
-    "osqp": 255,
-    "clarabel": 255,
-    "psor": 1023,
-    "active-set": 2047,
-    "multigrid": 4095,
-}
-COLOURS = {
-    "mangasarian": "#7b4ea3",
-    "osqp": "#1f5f8b",
-    "clarabel": "#2a9d8f",
-    "psor": "#b8862b",
-    "active-set": "#555555",
-    "multigrid": "#d6336c",
-}
 
 
-def report(name: str, text: str) -> None:
-    print(f"{name:11s} {text}", flush=True)
+class Given(NamedTuple):
+    """A bowl as a model, as a matrix, and as PIQP is called with it, if it is installed."""
+
+    model: cq.Membrane
+    matrix: cq.ContactQP
+    piqp: Callable[[], Any] | None
 
 
-def certified(problem: object, backend: str, tol: float = 1e-6) -> cq.Solution:
-    solution = cq.solve(problem, backend, tol=tol, on_failure="ignore")
-    if solution.status != "certified":
-        print(f"    {backend} achieved {solution.relative_bound:.1e} only, wanted {tol:g}")
-    return solution
+def given(nodes: int) -> Given:
+    model = ready(bowl(nodes))
+    matrix = cq.ContactQP(model.problem.G, model.problem.q)
+    matrix.gap_scale  # noqa: B018
+    return Given(model, matrix, None if PIQP.lacks else loosest_piqp(model.problem, 1e-6))
 
 
-def piqp(problem: cq.ContactQP, tol: float) -> float:
-    """Return the seconds of PIQP's run, through qpsolvers, at the loosest of some tolerances that is certified."""
+def loosest_piqp(problem: cq.ContactQP, tol: float) -> Callable[[], Any]:
+    """Return the call of PIQP, through qpsolvers, with the loosest of some tolerances whose answer is certified."""
     from qpsolvers import Problem, solve_problem
     from scipy import sparse
 
     scaled, units = problem.scaled()
     program = Problem(sparse.csc_matrix(scaled.G), np.array(scaled.q), lb=np.zeros(scaled.size))
+    common = {"solver": "piqp", "eps_abs": PIQP_TOLERANCES[0], "eps_rel": 0.0, "eps_duality_gap_rel": 0.0}
     for eps in PIQP_TOLERANCES:
-        started = time.perf_counter()
-        found = solve_problem(
-            program, solver="piqp", eps_abs=PIQP_TOLERANCES[0], eps_rel=0.0, eps_duality_gap_abs=eps,
-            eps_duality_gap_rel=0.0, max_iter=60,
-        )  # fmt: skip
-        taken = time.perf_counter() - started
-        if found.x is not None and measure(problem, found.x * units.length).relative_bound <= tol:
-            return taken
-    return float("inf")
+        call = partial(solve_problem, program, **common, eps_duality_gap_abs=eps, max_iter=60)
+        found = call().x
+        if found is not None and measure(problem, found * units.length).relative_bound <= tol:
+            return call
+    raise cq.UnsuitableProblemError("PIQP's answer is not certified at any tolerance")
 
 
-def general_qp(nodes: int, repeat: int) -> None:
-    model = bowl(nodes)
-    matrix = cq.ContactQP(model.problem.G, model.problem.q)
-    matrix.gap_scale  # noqa: B018  (finds the barrier)
-    own, active = in_turn(repeat, lambda: certified(model, "multigrid"), lambda: certified(matrix, "active-set"))
-    times = {name: seconds(lambda name=name: certified(model, name)) for name in ("osqp", "clarabel")}
-    if importlib.util.find_spec("piqp"):
-        times["piqp"] = piqp(model.problem, 1e-6)
-    else:
-        print("    PIQP is not installed: pip install piqp")
-    again, active_again = in_turn(
-        repeat, lambda: certified(model, "multigrid"), lambda: certified(matrix, "active-set")
-    )
-    own, active = min(own, again), min(active, active_again)
-    fastest = min(times, key=lambda name: times[name])
-    listed = ", ".join(f"{name} {value:.1f} s" for name, value in times.items())
-    report("general-qp", f"{nodes}²: {listed}; multigrid {own:.4f} s, active-set on the matrix {active:.3f} s")
-    report(
-        "", f"multigrid {times[fastest] / own:.0f} x faster than {fastest}; active-set {times[fastest] / active:.0f} x"
-    )
-    report("", f"active-set / multigrid {active / own:.1f}")
+PIQP = Phase(lambda case: {"iterations": case.piqp().extras["info"].iter}, needs=("qpsolvers", "piqp"), once=True)
 
 
-def linear_amg(nodes: int, repeat: int) -> None:
-    if not importlib.util.find_spec("pyamg"):
-        report("linear-amg", "pyamg is not installed: pip install pyamg")
-        return
+def pyamg_solve(model: cq.Membrane) -> None:
     import pyamg
 
-    model = bowl(nodes)
-    matrix, load = model.problem.G, np.array(model.nodal_load)
-
-    def linear() -> None:
-        pyamg.ruge_stuben_solver(matrix).solve(load, tol=1e-10, accel="cg")
-
-    own, other = in_turn(repeat, lambda: certified(model, "multigrid"), linear)
-    report(
-        "linear-amg", f"{nodes}²: pyamg, linear {other:.2f} s; multigrid, contact {own:.3f} s; ratio {other / own:.1f}"
-    )
+    pyamg.ruge_stuben_solver(model.problem.G).solve(np.array(model.nodal_load), tol=1e-10, accel="cg")
 
 
-def own_linear(nodes: int, repeat: int) -> None:
+def with_and_without(nodes: int) -> dict[str, cq.Membrane]:
     model = bowl(nodes)
     free = cq.Membrane(model.lattice, model.tension, load=model.load, support=np.inf)
-    contact, linear = in_turn(
-        repeat, lambda: certified(model, "multigrid", 1e-8), lambda: certified(free, "multigrid", 1e-8)
-    )
-    report("own-linear", f"{nodes}²: contact {contact:.3f} s, linear {linear:.3f} s; ratio {contact / linear:.2f}")
+    return {"contact": model, "linear": free}
 
 
-def per_node(nodes: int, repeat: int) -> None:
-    for name, model in (("bowl", bowl(nodes)), ("spiral", spiral(nodes)), ("ball", ball(nodes)[0])):
-        model.problem.gap_scale  # noqa: B018
-        (least,) = in_turn(repeat, lambda model=model: certified(model, "multigrid", 1e-8))
-        report("per-node", f"{nodes}² {name}: {least:.3f} s, {1e6 * least / model.lattice.size:.3f} µs a node")
+def three(nodes: int) -> dict[str, cq.Membrane]:
+    return {"bowl": ready(bowl(nodes)), "spiral": ready(spiral(nodes)), "ball": ready(ball(nodes)[0])}
 
 
-def growth(nodes: int, repeat: int) -> None:
-    sides = [side for side in (255, 511, 1023, 2047, 4095, 8191, 16383) if side <= nodes]
-    times = []
-    for side in sides:
-        model = bowl(side)
-        model.problem.gap_scale  # noqa: B018
-        (least,) = in_turn(repeat if side < 4000 else 2, lambda model=model: certified(model, "multigrid"))
-        times.append(least)
-        report("growth", f"{side}²: {least:.4f} s, {1e6 * least / side**2:.3f} µs a node")
-        del model
-    exponent = np.polyfit(2 * np.log(sides), np.log(times), 1)[0]
-    report("", f"time grows as nodes to the power {exponent:.3f}")
+def of_each(names: tuple[str, ...], tol: float) -> dict[str, Callable[[Any], cq.Solution]]:
+    """Return a phase for each model of a case: its solve."""
+    return {name: lambda case, name=name: solve(case[name], tol=tol) for name in names}
 
 
-def cycles(nodes: int, repeat: int) -> None:
-    for name, make in (("bowl", bowl), ("spiral", spiral)):
-        for side in (side for side in (255, 511, 1023, 2047, 4095, 8191) if side <= nodes):
-            report("cycles", f"{side}² {name}: {_cycles_to(make(side), 1e-10)} cycles to an error of 1e-10")
+# What its cycles are worth.
 
 
-def _cycles_to(model: cq.Membrane, error: float) -> int:
-    """Return the finest cycles until max |ω - ω*| is below ``error`` of the gap scale, ω* from as many as help."""
+class Cycling(NamedTuple):
+    """A problem as the multigrid has it, with the model and what an answer is compared with."""
+
+    model: cq.Membrane
+    lattice: Any
+    q: Any
+    height: Any
+    exact: Any
+
+    def start(self, team: Team) -> Any:
+        """Return the multigrid's iteration at its first guess, from the coarser lattices."""
+        from contactqp.methods.multigrid.nested import nested_start
+
+        return nested_start(self.lattice, self.q, self.height, team)
+
+
+def cycling(model: cq.Membrane, exact: Any = None) -> Cycling:
+    from contactqp.methods.multigrid.arms import arms_of
+
     problem, _ = model.problem.scaled()
     lattice = arms_of(problem.stencil, problem.layout)
-    q, height = lattice.layout.grid(problem.q), problem.reference_grid()
+    return Cycling(model, lattice, lattice.layout.grid(problem.q), problem.reference_grid(), exact)
+
+
+def with_truth(model: cq.Membrane) -> Cycling:
+    """Return a problem with the dimensionless gap after as many cycles as help."""
+    case = cycling(model)
     with Team() as team:
-        solver = nested_start(lattice, q, height, team)
+        solver = case.start(team)
         for _ in range(30):
             solver.relax()
             if solver.estimate <= solver.rest() / 4:
                 break
             solver.correct()
         solver.relax()
-        exact = solver.omega.copy()
-        del solver
-        solver = nested_start(lattice, q, height, team)
+        return case._replace(exact=solver.omega.copy())
+
+
+def cycles_to(case: Cycling, error: float) -> dict[str, int]:
+    """Return the finest cycles until max |ω - ω*| is below ``error`` of the gap scale."""
+    with Team() as team:
+        solver = case.start(team)
         for cycle in range(1, 40):
             solver.relax()
-            if np.abs(solver.omega - exact).max() <= error:
-                return cycle
+            if np.abs(solver.omega - case.exact).max() <= error:
+                return {"cycles": cycle}
             solver.correct()
-    return 40
+    return {"cycles": 40}
 
 
-def nested(nodes: int, repeat: int) -> None:
-    model, exact = ball(nodes)
-    problem, units = model.problem.scaled()
-    lattice = arms_of(problem.stencil, problem.layout)
-    finished = np.abs(certified(model, "multigrid", 1e-7).deflection - exact).max()
+def hung_over_a_ball(nodes: int) -> Cycling:
+    return cycling(*ball(nodes))
+
+
+def some_cycles(case: Cycling, count: int) -> tuple[float, Any]:
+    """Return the work (sweeps over the lattice) of a number of cycles, and the dimensionless gap after them."""
     with Team() as team:
-        solver = nested_start(lattice, lattice.layout.grid(problem.q), problem.reference_grid(), team)
-        for _ in range(3):
+        solver = case.start(team)
+        for _ in range(count):
             solver.relax()
             solver.correct()
-            found = np.abs(model.deflection(lattice.layout.vector(solver.omega) * units.length) - exact).max()
-            report(
-                "nested",
-                f"{nodes}² ball: {solver.work:.1f} sweeps' work, error {found:.2e} (discretisation: {finished:.2e})",
-            )
+        return solver.work, solver.omega.copy()
 
 
-def huge(nodes: int, repeat: int) -> None:
-    subprocess.run([sys.executable, __file__, "--solve-once", str(nodes)], check=True)
+def error_beside_discretisation(case: Cycling, result: tuple[float, Any] | cq.Solution) -> dict[str, float]:
+    """Return the distance from the continuous answer."""
+    if isinstance(result, cq.Solution):
+        return {"error": float(np.abs(result.deflection - case.exact).max())}
+    work, omega = result
+    gap = case.lattice.layout.vector(omega) * case.model.problem.scaled()[1].length
+    return {"work": work, "error": float(np.abs(case.model.deflection(gap) - case.exact).max())}
 
 
-def solve_once(nodes: int) -> None:
-    cq.solve(bowl(127), "multigrid")
-    started = time.perf_counter()
-    model = bowl(nodes)
-    model.problem.gap_scale  # noqa: B018
-    built, building = time.perf_counter() - started, _peak()
-    solution = certified(model, "multigrid")
-    report(
-        "huge",
-        f"{nodes}² = {model.lattice.size:.2e} nodes: {solution.seconds:.1f} s, {solution.iterations} cycles, "
-        f"bound {solution.relative_bound:.1e}; peak {_peak():.1f} GB (model {building:.1f} GB, built in {built:.0f} s)",
-    )
+def cycles_of(count: int) -> Callable[[Cycling], object]:
+    return lambda case: some_cycles(case, count)
 
 
-def _peak() -> float:
+# A process of its own, for its memory.
+
+SOLVED_ONCE = """
+import json, resource, sys, time
+import contactqp as cq
+
+def peak():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9
 
-
-def picture(file: str, repeat: int) -> None:
-    """Draw warm seconds against nodes, both on logarithmic scales."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7, 4.5), layout="constrained")
-    axes = figure.subplots()
-    for backend, largest in LARGEST_IN_PICTURE.items():
-        sides = [side for side in (15, 31, 63, 127, 255, 511, 1023, 2047, 4095) if side <= largest]
-        times = []
-        for side in sides:
-            model = bowl(side)
-            problem = cq.ContactQP(model.problem.G, model.problem.q) if backend == "active-set" else model
-            (least,) = in_turn(
-                repeat if backend == "multigrid" or side < 200 else 1, lambda p=problem, b=backend: certified(p, b)
-            )
-            times.append(least)
-            report("picture", f"{backend:11s} {side}²: {least:.4f} s")
-        label = f"{backend} (given the matrix)" if backend == "active-set" else backend
-        axes.loglog([side**2 for side in sides], times, "o-", ms=4, color=COLOURS[backend], label=label)
-    nodes = np.array([4e4, 1.7e7])
-    axes.loglog(nodes, 2e-7 * nodes, color="0.6", lw=1, ls="--")
-    axes.text(0.98, 0.03, "dashed: 0.2 µs a node", transform=axes.transAxes, ha="right", color="0.4", fontsize=9)
-    axes.set(xlabel="nodes", ylabel="seconds, certified to 1e-6", title="A membrane pressed into a bowl")
-    axes.legend(frameon=False, fontsize=9)
-    axes.spines[["top", "right"]].set_visible(False)
-    figure.savefig(file, dpi=150)
+cq.solve(cq.gallery.bowl(127), "multigrid")
+begun = time.perf_counter()
+model = cq.gallery.bowl(int(sys.argv[1]))
+model.problem.gap_scale
+facts = {"build s": time.perf_counter() - begun, "model GB": peak()}
+solution = cq.solve(model, "multigrid", on_failure="ignore")
+facts |= {"status": solution.status.value, "solve s": solution.seconds, "cycles": solution.iterations}
+print(json.dumps(facts | {"bound": float(solution.relative_bound), "peak GB": peak()}))
+"""
 
 
-MEASURES: dict[str, Callable[[int, int], None]] = {
-    "general-qp": general_qp,
-    "linear-amg": linear_amg,
-    "own-linear": own_linear,
-    "per-node": per_node,
-    "growth": growth,
-    "cycles": cycles,
-    "nested": nested,
-    "huge": huge,
+def solved_in_a_process(nodes: int) -> Mapping[str, Any]:
+    command = [sys.executable, "-c", SOLVED_ONCE, str(nodes)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    told: Mapping[str, Any] = json.loads(done.stdout)
+    return told
+
+
+# Lattices that are fitted to their frame.
+
+FLOOR = 0.1
+WIDE, HIGH, TENSION = 1.3, 0.7, (2.0, 1.0)
+
+
+def over_floor(x: Vector, y: Vector) -> Vector:
+    """Deflection of a disk of radius, tension and pressure 1 over a floor."""
+    a = brentq(lambda r: (1 - r * r) / 4 + r * r / 2 * np.log(r) - FLOOR, 1e-9, 1)
+    r = np.maximum(np.hypot(x, y), a)
+    return np.asarray((1 - r * r) / 4 + a * a / 2 * np.log(r))
+
+
+def without_support(x: Vector, y: Vector) -> Vector:
+    """Deflection of an ellipse under a pressure of 1."""
+    stiffness = 2 * (TENSION[0] / WIDE**2 + TENSION[1] / HIGH**2)
+    return np.asarray((1 - (x / WIDE) ** 2 - (y / HIGH) ** 2) / stiffness)
+
+
+def plain_and_fitted(frame: cq.Frame, width: float, nodes: int, **known: Any) -> dict[str, cq.Membrane]:
+    origin = (0.37 * width / nodes, 0.21 * width / nodes)
+    lattices = {name: frame.lattice(width / (nodes + 1), origin, fitted=name == "fitted") for name in LATTICES}
+    return {name: cq.Membrane(lattice, load=1.0, **known) for name, lattice in lattices.items()}
+
+
+def disk(nodes: int) -> dict[str, cq.Membrane]:
+    return plain_and_fitted(cq.Frame.disk(1.0), 2.0, nodes, tension=1.0, support=FLOOR)
+
+
+def ellipse(nodes: int) -> dict[str, cq.Membrane]:
+    frame = cq.Frame.from_shapely(affinity.scale(Point(0, 0).buffer(1, quad_segs=20_000), WIDE, HIGH))
+    return plain_and_fitted(frame, 2 * WIDE, nodes, tension=TENSION, support=np.inf)
+
+
+LATTICES = ("plain", "fitted")
+
+
+def with_error(exact: Callable[[Vector, Vector], Vector]) -> Callable[[Any, cq.Solution], dict[str, Any]]:
+    def tell(case: Any, solution: cq.Solution) -> dict[str, Any]:
+        error = np.abs(solution.deflection - exact(solution.model.node_x, solution.model.node_y)).max()
+        return {"cycles": solution.iterations, "error": float(error)}
+
+    return tell
+
+
+FITTED = {
+    "sweep": (127, 255, 511, 1023),
+    "phases": of_each(LATTICES, 1e-6),
+    "point": "nodes along the width",
+    "repeat": 7,
+    "smoke": 31,
 }
 
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("measures", nargs="*", metavar="measure", help="all but the picture by default")
-    for name, side in SIZES.items():
-        parser.add_argument(f"--{name}", type=int, default=side, help="nodes along a side")
-    parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--plot", default="speed.png", help="file of the picture")
-    parser.add_argument("--solve-once", type=int, help=argparse.SUPPRESS)
-    arguments = parser.parse_args()
-    if arguments.solve_once:
-        solve_once(arguments.solve_once)
-        return
-    unknown = sorted(set(arguments.measures) - set(MEASURES) - {"picture"})
-    if unknown:
-        parser.error(f"unknown measure {', '.join(unknown)}; known: {', '.join([*MEASURES, 'picture'])}")
-    for name in arguments.measures or MEASURES:
-        if name == "picture":
-            picture(arguments.plot, arguments.repeat)
-        else:
-            MEASURES[name](getattr(arguments, name.replace("-", "_")), arguments.repeat)
-
-
-if __name__ == "__main__":
-    main()
+SPECS = (
+    Spec(
+        "general-qp",
+        "multigrid, and active sets on the matrix, against the fastest general solver, all certified to 1e-6",
+        given,
+        (511,),
+        {
+            "multigrid": lambda case: solve(case.model),
+            "active-set": lambda case: solve(case.matrix, "active-set"),
+            "osqp": Phase(lambda case: solve(case.model, "osqp"), once=True),
+            "clarabel": Phase(lambda case: solve(case.model, "clarabel"), once=True),
+            "piqp": PIQP,
+        },
+        size=lambda case: case.model.size,
+        beside=("osqp", "clarabel", "piqp"),
+        repeat=REPEAT,
+        smoke=15,
+    ),
+    Spec(
+        "linear-amg",
+        "multigrid's contact problem, to 1e-6, against pyamg's linear one: classical set-up, and CG to 1e-10",
+        bowl,
+        (1023,),
+        {"contact": solve, "pyamg": Phase(pyamg_solve, needs=("pyamg",))},
+        size=lambda case: case.size,
+        beside=("pyamg",),
+        repeat=REPEAT,
+        smoke=63,
+    ),
+    Spec(
+        "own-linear",
+        "multigrid's contact problem against the same lattice without a support, certified to 1e-8",
+        with_and_without,
+        (2047,),
+        of_each(("contact", "linear"), 1e-8),
+        size=lambda case: case["contact"].size,
+        beside=("linear",),
+        repeat=REPEAT,
+        smoke=63,
+    ),
+    Spec(
+        "per-node",
+        "multigrid, certified to 1e-8",
+        three,
+        (2047,),
+        of_each(("bowl", "spiral", "ball"), 1e-8),
+        size=lambda case: case["bowl"].size,
+        repeat=REPEAT,
+        smoke=63,
+    ),
+    Spec(
+        "growth",
+        "multigrid against nodes, certified to 1e-6",
+        lambda nodes: ready(bowl(nodes)),
+        (255, 511, 1023, 2047, 4095, 8191),
+        {"multigrid": solve},
+        size=lambda case: case.size,
+        repeat=lambda nodes: REPEAT if nodes < 4000 else 2,
+        smoke=63,
+        drawn=True,
+    ),
+    Spec(
+        "cycles",
+        "finest cycles of multigrid to an error of 1e-10",
+        lambda nodes: {"bowl": with_truth(bowl(nodes)), "spiral": with_truth(spiral(nodes))},
+        (255, 511, 1023, 2047, 4095),
+        {name: Phase(lambda case, name=name: cycles_to(case[name], 1e-10), once=True) for name in ("bowl", "spiral")},
+        smoke=63,
+    ),
+    Spec(
+        "nested",
+        "cycles of multigrid until the error is that of the discretisation, on the ball",
+        hung_over_a_ball,
+        (1023,),
+        {
+            "certified to 1e-7": lambda case: solve(case.model, tol=1e-7),
+            **{f"{count} of its cycles": cycles_of(count) for count in (1, 2, 3)},
+        },
+        tell=error_beside_discretisation,
+        smoke=63,
+    ),
+    Spec(
+        "huge",
+        "multigrid once in a process of its own, certified to 1e-6, with its peak of memory",
+        lambda nodes: nodes,
+        (10_000,),
+        {"process": Phase(solved_in_a_process, once=True)},
+        size=lambda nodes: nodes**2,
+        smoke=63,
+    ),
+    Spec(
+        "fitted-disk",
+        "multigrid on a lattice that is fitted to a disk, beside one in steps; over a floor, error of the closed form",
+        disk,
+        tell=with_error(over_floor),
+        **FITTED,
+    ),
+    Spec(
+        "fitted-ellipse",
+        "multigrid on a lattice that is fitted to an ellipse; two tensions, no support, error of the closed form",
+        ellipse,
+        tell=with_error(without_support),
+        **FITTED,
+    ),
+)

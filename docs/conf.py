@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -32,7 +33,7 @@ extensions = [
     "sphinx_design",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_extensions", "_extra", "_templates", "_static", "gallery", "pictures/*.ipynb"]
+exclude_patterns = ["_extensions", "_extra", "_unreleased.md", "_templates", "_static", "gallery", "pictures/*.ipynb"]
 templates_path = ["_templates"]
 default_role = "autolink"
 nitpicky = True
@@ -85,6 +86,7 @@ html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
 html_show_sourcelink = False
 html_copy_source = False
+html_search_scorer = str(HERE / "_static" / "scorer.js")
 html_show_search_summary = False  # it fetches pages, which browsers refuse to those that are opened as files
 html_context = {"default_mode": "auto"}  # dark where the reader's system is
 html_theme_options = {
@@ -100,6 +102,12 @@ html_sidebars = {"changelog": [], "benchmarks": []}
 
 # The notebooks lie beside this folder, and sphinx reads what lies within.
 shutil.copytree(ROOT / "notebooks", HERE / "notebooks", ignore=shutil.ignore_patterns("*.py", ".*"), dirs_exist_ok=True)
+
+# What has changed since the last release stands in a file for each change.
+draft = [sys.executable, "-m", "towncrier", "build", "--draft", "--version", "unreleased"]
+changes = subprocess.run(draft, cwd=ROOT, check=True, stdout=subprocess.PIPE, encoding="utf-8").stdout
+_, _, listed = changes.partition("\n### ")  # before it stands a heading with the day
+(HERE / "_unreleased.md").write_text(f"### {listed}" if listed else "Nothing yet.\n", encoding="utf-8")
 
 # A page that solves in the browser, which a recipe embeds.
 (HERE / "_extra").mkdir(exist_ok=True)

@@ -39,7 +39,7 @@ ARGUMENTS = {
 def test_what_is_to_be_written_works(monkeypatch):
     for table in (WRITERS, READERS):
         monkeypatch.setitem(table, ".txt", None)
-    assert run(PAGE, {"__name__": "contributing"}) == PAGE.count("```python") == 5
+    assert run(PAGE, {"__name__": "contributing"}) == PAGE.count("```python") == 6
     assert any(kind.__name__ == "StringOnSprings" for kind in answer_figure.registry)
 
 

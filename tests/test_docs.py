@@ -6,12 +6,13 @@ from pathlib import Path
 
 import pytest
 from pages import run
+from searches import SEARCHES
 from strategies import BACKENDS
 from test_readme import ROOT
 
 import contactqp as cq
 from contactqp import benchmark
-from contactqp.backends import get_backend
+from contactqp.backends import BY_NAME, get_backend
 from contactqp.backends.solvers import SOLVERS
 
 DOCS = Path(ROOT) / "docs"
@@ -60,7 +61,7 @@ def test_the_reference_has_every_public_name_once():
     assert sorted(own) == sorted(set(cq.__all__) - set(MODULES))
 
 
-MODULES = ["benchmark", "gallery", "profiles", "testing", "jax", "torch", "paper"]
+MODULES = ["benchmark", "gallery", "mpi", "profiles", "testing", "jax", "torch", "paper"]
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -118,7 +119,7 @@ def test_the_tests_that_it_shows_run_once_with_each_backend_and_fail_as_it_says(
 
 
 def test_every_backend_is_in_the_table_with_its_reachable_tolerance():
-    for name in BACKENDS:
+    for name in (*BACKENDS, *BY_NAME):
         row = next(line for line in BACKENDS_PAGE.splitlines() if line.startswith(f"| `{name}` |"))
         exponent = f"{get_backend(name).reachable_tol:.0e}".replace("e-0", "e-")
         assert f"| {exponent} |" in row
@@ -149,3 +150,12 @@ def told(facts, package):
     return (
         "–" if through is None or through.reachable_tol is None else f"{through.reachable_tol:.0e}".replace("e-0", "e-")
     )
+
+
+def test_every_recipe_is_searched_for_in_the_words_of_newcomers():
+    recipes = {page.stem: page.read_text(encoding="utf-8") for page in (DOCS / "howto").glob("*.md")}
+    del recipes["index"]
+    assert set(SEARCHES) == set(recipes)
+    for recipe, text in recipes.items():
+        title = re.findall(r"\w+", re.search(r"^# (.*)", text, flags=re.MULTILINE)[1].lower())
+        assert any(not set(re.findall(r"\w+", words.lower())) <= set(title) for words in SEARCHES[recipe]), recipe

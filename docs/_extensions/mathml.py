@@ -18,7 +18,8 @@ def inline(self: Any, node: nodes.Element) -> None:
 
 def display(self: Any, node: nodes.Element) -> None:
     """Write a formula on lines of its own, with its number; a long one is scrolled by itself on a narrow screen."""
-    self.body.append(self.starttag(node, "div", CLASS="math displayed"))
+    kind = "math displayed numbered" if node["number"] else "math displayed"
+    self.body.append(self.starttag(node, "div", CLASS=kind))
     if node["number"]:
         number = get_node_equation_number(self, node)
         self.body.append(f'<span class="eqno">({number})')

@@ -140,7 +140,7 @@ __all__ = [
     "trace",
 ]
 
-_MODULES = ("benchmark", "testing", "xarray")
+_MODULES = ("benchmark", "mpi", "testing", "xarray")
 _PUBLIC = sorted([*__all__, *_MODULES, "__version__", "__doc__", "__all__", "__file__", "__name__", "__path__"])
 
 

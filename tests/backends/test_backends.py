@@ -292,3 +292,8 @@ def test_ctrl_c_ends_a_long_solve_within_a_second(name):
     """The child interrupts itself while it solves, and reports how long the answer took."""
     nodes = {"psor": 1200, "clarabel": 350, "osqp": 200, "mangasarian": 200}[name]
     assert seconds_to_answer(name, nodes, 1e-10) < 1.0
+
+
+def test_a_family_that_is_misspelt_is_recognised():
+    with pytest.raises(cq.UnknownBackendError, match=r"unknown backend 'qpsolver:piqp'; did you mean 'qpsolvers:piqp'"):
+        backends.get_backend("qpsolver:piqp")

@@ -212,7 +212,7 @@ def test_fields_of_every_model_come_back(tmp_path, case):
 @pytest.mark.parametrize(
     ("name", "make", "message"),
     [
-        ("a.npy", lambda path: np.save(path, np.zeros(7)), "gap must be a number, an array of the lattice's shape"),
+        ("a.npy", lambda path: np.save(path, np.zeros(7)), "it holds 7 numbers, and the case has 99 nodes"),
         ("b.npy", lambda path: np.save(path, np.full(99, np.nan)), "gap must be finite"),
         ("c.npy", lambda path: np.save(path, np.full(99, np.inf)), "where there is no support, hand over deflections"),
         ("d.csv", lambda path: path.write_text("a,b\n"), "d.csv: cannot read it"),
@@ -477,3 +477,56 @@ def test_a_frame_beside_the_lattice_cannot_be_enclosed():
     result = run("solve", DOME, "--continuum-tol", 0.05)
     assert result.exit_code == 2
     assert "--continuum-tol" in result.output
+
+
+# Slips are told with what was probably meant, and files by their names.
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (
+            ("certify", CABLE, "a.npy", "--rows", "upp"),
+            "--rows must be one of 'up', 'down', got 'upp'; did you mean 'up'?",
+        ),
+        (
+            ("certify", CABLE, "a.npy", "--quantity", "gaps"),
+            "--quantity must be one of 'gap', 'deflection', got 'gaps'",
+        ),
+        (
+            ("march", CABLE, "--times", "0,1", "--damping", "1", "--method", "eulr"),
+            "--method must be one of 'crank-nicolson', 'euler', got 'eulr'; did you mean 'euler'?",
+        ),
+        (("certify", CABLE, "missing.csv"), "there is no file missing.csv"),
+        (("solve", "missing.toml"), "missing.toml"),
+    ],
+)
+def test_slips_are_told_in_one_line(tmp_path, monkeypatch, arguments, told):
+    monkeypatch.chdir(tmp_path)
+    np.save("a.npy", np.zeros(99))
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert told in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert "Errno" not in result.stderr
+
+
+def test_an_answer_of_another_size_is_told_by_what_is_wanted(tmp_path):
+    for given, told in (
+        (np.zeros(98), "98 numbers"),
+        (np.zeros((4, 5)), "an array of shape (4, 5)"),
+        (1.0, "1 number"),
+    ):
+        np.save(tmp_path / "a.npy", given)
+        result = run("certify", CABLE, tmp_path / "a.npy")
+        assert result.exit_code == 2
+        assert (
+            f"it holds {told}, and the case has 99 nodes: hand over a number for each, in their order" in result.stderr
+        )
+    result = run("certify", HEXAGON, tmp_path / "a.npy")
+    assert "1857 nodes: hand over a number for each, in their order, or an array of shape (49, 65)" in result.stderr
+
+
+def test_the_length_in_contact_is_told_as_what_its_nodes_stand_for():
+    lines = run("solve", CABLE).stdout.splitlines()
+    assert "  contact     41 (length that its nodes stand for)" in lines

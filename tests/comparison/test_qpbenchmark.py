@@ -38,7 +38,7 @@ def test_each_problem_is_one_of_the_gallery_without_dimensions(folder, monkeypat
     for name, model in (
         ("bowl_015", cq.gallery.bowl(15)),
         ("channel_0099", cq.gallery.cable_between_floor_and_ceiling(50, 19)[0]),
-        ("beam_099", cq.gallery.beam_on_floor(99, 33)[0]),
+        ("beam_099", cq.gallery.beam_on_floor(99, 19)[0]),
     ):
         posed, (problem, units) = problems[name], model.problem.scaled()
         posed.check_constraints()

@@ -156,3 +156,19 @@ def test_a_node_tells_its_proven_bounds(file):
         assert float(numbers["proven at least"]) <= float(numbers["gap"]) <= float(numbers["proven at most"])
         assert page.ask("document.documentElement.scrollWidth") == 390
         assert page.complaints == []
+
+
+@pytest.mark.slow
+@needs_browser
+def test_of_a_cable_nothing_is_said_of_a_map(tmp_path):
+    cable = cq.Cable(nodes=9, spacing=1.0, tension=1.0, load=1.0, support=1.0)
+    with Page(cq.explore(cable, tmp_path / "x.html")) as page:
+        page.wait(f"{FACTS} !== null && document.readyState === 'complete'")
+        text = page.ask("document.querySelector('main').innerText")
+        assert "From end to end" in text
+        assert "map" not in text
+        assert "from frame to frame" not in text
+        page.ask("Bokeh.documents[0].get_model_by_name('scene').value = 'disk'")
+        text = page.wait("document.querySelector('main').innerText")
+        assert "click the map" in text
+        assert "From end to end" not in text

@@ -559,3 +559,12 @@ def test_time_and_memory_of_the_whole_command(folder, name, changes):
     assert done.stderr.startswith("contactqp: ")
     assert done.stderr.count("\n") == 1
     assert used * (1 if sys.platform == "darwin" else 1024) < BYTES
+
+
+def test_a_truncated_file_is_told_in_words_and_not_by_a_number(tmp_path):
+    file = cq.solve(cq.gallery.bowl(7)).save(tmp_path / "answer.nc")
+    file.write_bytes(file.read_bytes()[:2000])
+    for reader in (cq.load_solution, cq.read_surface):
+        with pytest.raises((OSError, ValueError), match="it is no NetCDF file, or a damaged one: ") as caught:
+            reader(file)
+        assert "Errno" not in str(caught.value)

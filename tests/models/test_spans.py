@@ -205,3 +205,10 @@ def test_spans_of_something_else_are_refused():
     nothing = altered(failed, gap=np.full(9, np.nan), residuals=None, certificate=None)
     with pytest.raises(ValueError, match="holds no finite answer"):
         cable.spans(nothing)
+
+
+def test_a_stretch_of_contact_is_a_spacing_shorter_than_what_its_nodes_stand_for():
+    cable, _ = cq.gallery.cable_on_floor(nodes=19, contact_starts_after=4)
+    solution = cq.solve(cable)
+    spans = cable.spans(solution)
+    assert spans["length"][spans["kind"] == "contact"].sum() + cable.lattice.spacing == solution.contact_area.lower

@@ -1,5 +1,6 @@
 """Pictures of membranes on meshes: triangles in the colours of their nodes' states, and sections across them."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -115,3 +116,14 @@ def test_views_in_space_show_triangles_in_contact():
     assert low < high
     assert high - low < 1
     assert "The support goes on below" in figure.get_suptitle()
+
+
+def test_numbers_along_the_small_map_do_not_touch_each_other(solution):
+    figure = solution.plot()
+    figure.draw_without_rendering()
+    shape = figure.axes[1]
+    low, high = shape.get_xlim()
+    labels = [label for at, label in zip(shape.get_xticks(), shape.get_xticklabels(), strict=True) if low <= at <= high]
+    boxes = [label.get_window_extent() for label in labels]
+    assert len(boxes) > 2
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))

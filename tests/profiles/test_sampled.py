@@ -218,3 +218,10 @@ def test_millions_of_rows_are_refused_at_their_last_line_without_being_read_cell
     with pytest.raises(ValueError, match=rf"line {rows + 2}: "):
         Sampled.from_csv(path)
     assert len(cells) < 20
+
+
+def test_a_table_that_is_not_there_is_told_by_its_name(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"^there is no file .*bed\.csv$"):
+        Sampled.from_csv(tmp_path / "bed.csv")
+    with pytest.raises(FileNotFoundError, match=r"^there is no file .*bed\.xyz$"):
+        cq.profiles.Scattered.from_file(tmp_path / "bed.xyz")

@@ -137,3 +137,11 @@ def test_a_comparison_of_a_bare_problem_can_be_drawn():
     model = cq.gallery.islands()
     figure = cq.compare(cq.ContactQP(model.problem.G, model.problem.q), ["clarabel", "psor"]).plot()
     assert "Gap and reaction" in texts(figure)
+
+
+def test_a_session_refuses_a_misspelt_argument_with_the_one_that_was_meant():
+    misspelt = {"loads": 1.0}
+    with pytest.raises(
+        TypeError, match=r"^Solver.solve has no argument 'loads'; did you mean 'load'\?; it has load, su"
+    ):
+        cq.Solver(cq.gallery.bowl(7)).solve(**misspelt)

@@ -18,12 +18,13 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def row(spacing, deflection=math.nan, bound=0.0, status="certified", edge=math.nan):
-    return StudyRow(round(1 / spacing) - 1, 9, spacing, deflection, math.nan, math.nan, edge, bound, status, 0.1)
+def row(spacing, deflection=math.nan, bound=0.0, status="certified", area=math.nan, edge=math.nan, exact=False):
+    errors = deflection, math.nan, area, edge, bound
+    return StudyRow(round(1 / spacing) - 1, 9, spacing, *errors, status, 0.1, exact)
 
 
-def made(*rows, exact=False):
-    return Study("made", "a made one", "nowhere", exact, "psor", rows)
+def made(*rows):
+    return Study("made", "a made one", "nowhere", "psor", rows)
 
 
 def test_orders_are_slopes():
@@ -40,7 +41,23 @@ def test_errors_of_the_solver_and_zeros_show_no_order():
     assert study.orders("deflection")[0] == pytest.approx(2.0)
     assert np.isnan(study.orders("deflection")[1:]).all()
     assert study.order("deflection") == pytest.approx(2.0)
-    assert math.isnan(made(row(0.4, 16.0), row(0.2, 4.0), exact=True).order("deflection"))
+    assert math.isnan(made(row(0.4, 16.0, exact=True), row(0.2, 4.0, exact=True)).order("deflection"))
+
+
+def test_errors_that_scatter_or_grow_have_no_order_over_all_spacings():
+    scattered = made(*(row(1 / n, area=error) for n, error in ((10, 0.2), (20, 0.02), (40, 0.18), (80, 0.01))))
+    assert math.isnan(scattered.order("contact_area"))
+    assert np.isfinite(scattered.orders("contact_area")).all()
+    assert math.isnan(made(row(0.4, 1.0), row(0.2, 4.0)).order("deflection"))
+    assert "all" not in str(scattered)
+    assert "no order" in repr(scattered)
+
+
+def test_columns_never_run_together():
+    errors = {3: 3e-1, 4: 4e-9, 5: 2e-3, 6: 1e-2}
+    study = made(*(row(1 / (n + 1), deflection=error, area=error) for n, error in errors.items()))
+    rows = [line for line in str(study).splitlines() if line[:5].strip().isdigit()]
+    assert [len(line.split()) for line in rows] == [4, 6, 6, 6]
 
 
 def test_a_study_measures_what_it_says():
@@ -69,8 +86,14 @@ def test_exact_answers_have_rounding_for_errors():
     study = cq.study("cable-on-hill", [9, 19])
     assert study.exact
     assert max(found.deflection for found in study.rows) < 1e-12
-    assert "errors are rounding" in str(study)
-    assert "exact to rounding" in repr(study)
+    text = " ".join(str(study).split())
+    assert "errors of deflection and reaction are rounding. Where contact ends between two nodes no discrete" in text
+    assert "exact to rounding at the nodes, orders: contact area 1.00, free boundary 1.00" in repr(study)
+    assert math.isnan(study.order("deflection"))
+    assert study.order("contact_area") == pytest.approx(1.0)
+    mixed = cq.study("cable-on-hill", [8, 9, 19])
+    assert not mixed.exact
+    assert "At the nodes of n = 9, 19 the discrete answer" in " ".join(str(mixed).split())
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 Where a solver has settings of its own for a tolerance, a limit of iterations or of time, the row names them, so that
 ``tol``, ``max_iter`` and ``time_limit`` mean the same for all. Sizes and tolerances were measured on two cores by
-``benchmarks/solvers.py``; the licences are those that the solvers' own distributions declare.
+``benchmarks/backends.py``; the licences are those that the solvers' own distributions declare.
 """
 
 from __future__ import annotations
@@ -28,12 +28,15 @@ class Through:
         Whether the package tells iterations, and passes on a limit of them; else calls are counted.
     settings : mapping of str to object
         What this package must be told in any case, with the solver's defaults too.
+    also : tuple of str
+        Settings that the package takes beside the solver's own.
     """
 
     practical_size: int | None = None
     reachable_tol: float | None = None
     counted: bool = True
     settings: Mapping[str, Any] = field(default_factory=dict)
+    also: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,11 @@ class Facts:
         Its settings for limits of iterations and of time, "" where it has none.
     settings : mapping of str to object
         Other settings that differ from those it is shipped with.
+    settings_at : str
+        Where its library tells the names of all its settings, as attributes, see `contactqp.backends.setting_names`; ""
+        where it tells none.
+    setting_names : tuple of str
+        Names of settings that its library does not tell there.
     dense : bool
         Whether it takes matrices with all their zeros.
     triangle : bool
@@ -93,6 +101,8 @@ class Facts:
     iterations: str = ""
     seconds: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
+    settings_at: str = ""
+    setting_names: tuple[str, ...] = ()
     dense: bool = False
     triangle: bool = False
     box: bool = True
@@ -107,6 +117,26 @@ class Facts:
 _EPS = ("eps_abs",)
 _ABSOLUTE = {"eps_rel": 0.0}
 
+_PROXQP = (
+    *("check_duality_gap", "compute_preconditioner", "compute_timings", "default_H_eigenvalue_estimate"),
+    *("eps_duality_gap_abs", "eps_duality_gap_rel", "initial_guess", "primal_infeasibility_solving", "sparse_backend"),
+    *("verbose", "x", "y", "z"),
+)
+_SCS = (
+    *("acceleration_interval", "acceleration_lookback", "acceleration_regularization", "acceleration_relaxation"),
+    *("acceleration_type_1", "adaptive_scale", "alpha", "eps_infeas", "linear_solver", "log_csv_filename", "normalize"),
+    *("rho_x", "scale", "write_data_filename"),
+)
+_DAQP = (
+    *("cycle_tol", "dual_tol", "eps_prox", "eta_prox", "fval_bound", "iter_limit", "pivot_tol", "progress_tol"),
+    "zero_tol",
+)
+_DAQP_OWN = (
+    *("abs_subopt", "dual_start", "eq_reduction", "presolve", "refactor_tol", "rel_subopt", "rho_soft", "sing_tol"),
+    *("time_limit", "verbose"),
+)
+"""What the solvers themselves take and, of an unknown name, refuse in other words than ours, or drop."""
+
 SOLVERS: Mapping[str, Facts] = {
     "piqp": Facts(
         "piqp",
@@ -117,8 +147,12 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-15,
         iterations="max_iter",
         settings={"eps_rel": 0.0, "eps_duality_gap_rel": 0.0},
+        settings_at="piqp:SparseSolver().settings",
         quick=8000,
-        through={"qpsolvers": Through(20_000, 1e-13), "cvxpy": Through(20_000, 1e-13)},
+        through={
+            "qpsolvers": Through(20_000, 1e-13, also=("backend",)),
+            "cvxpy": Through(20_000, 1e-13, also=("backend",)),
+        },
     ),
     "proxqp": Facts(
         "proxsuite",
@@ -131,8 +165,12 @@ SOLVERS: Mapping[str, Facts] = {
         settings=_ABSOLUTE,
         warm=True,
         repeatable=False,
+        setting_names=("backend", "mu_eq", "mu_in", "rho"),
         quick=1000,
-        through={"qpsolvers": Through(3000, 1e-14), "cvxpy": Through(1000, 1e-13)},
+        through={
+            "qpsolvers": Through(3000, 1e-14, also=_PROXQP),
+            "cvxpy": Through(1000, 1e-13),
+        },
     ),
     "highs": Facts(
         "highspy",
@@ -142,12 +180,17 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-10,
         seconds="time_limit",
         settings={"qp_regularization_value": 0.0},
+        settings_at="highspy:HighsOptions()",
+        setting_names=("hipo_system", "presolve_rule_off", "qp_allow_hot_start"),
         triangle=True,
         box=False,  # before 1.16 it is wrong where there are no rows and no bound is active
         definite=True,
         greets="highspy:Highs",
         quick=1000,
-        through={"qpsolvers": Through(1000, 1e-13, counted=False), "cvxpy": Through(1000, 1e-13, counted=False)},
+        through={
+            "qpsolvers": Through(1000, 1e-13, counted=False, also=("verbose",)),
+            "cvxpy": Through(1000, 1e-13, counted=False, also=("highs_options",)),
+        },
     ),
     "scs": Facts(
         "scs",
@@ -159,9 +202,13 @@ SOLVERS: Mapping[str, Facts] = {
         iterations="max_iters",
         seconds="time_limit_secs",
         settings=_ABSOLUTE,
+        setting_names=_SCS,
         warm=True,
         quick=10_000,
-        through={"qpsolvers": Through(50_000, 1e-13), "cvxpy": Through(50_000, 1e-13)},
+        through={
+            "qpsolvers": Through(50_000, 1e-13, also=("verbose",)),
+            "cvxpy": Through(50_000, 1e-13, also=("eps", "use_indirect", "use_quad_obj")),
+        },
     ),
     "daqp": Facts(
         "daqp",
@@ -169,20 +216,25 @@ SOLVERS: Mapping[str, Facts] = {
         "MIT",
         tolerances=("primal_tol",),
         tightest=1e-12,
+        setting_names=_DAQP,
         dense=True,
         definite=True,
         quick=1000,
-        through={"qpsolvers": Through(1000, 1e-14, counted=False), "cvxpy": Through(1000, counted=False)},
+        through={
+            "qpsolvers": Through(1000, 1e-14, counted=False, also=_DAQP_OWN),
+            "cvxpy": Through(1000, counted=False),
+        },
     ),
     "quadprog": Facts(
         "quadprog",
         "dual active sets (Goldfarb, Idnani)",
         "GPL-2.0+",
+        setting_names=("factorized",),
         dense=True,
         box=False,
         definite=True,
         quick=700,
-        through={"qpsolvers": Through(1000, counted=False)},
+        through={"qpsolvers": Through(1000, counted=False, also=("verbose",))},
     ),
     "ecos": Facts(
         "ecos",
@@ -192,11 +244,12 @@ SOLVERS: Mapping[str, Facts] = {
         order=2,
         tightest=1e-15,
         iterations="max_iters",
+        setting_names=("abstol_inacc", "feastol_inacc", "nitref", "reltol_inacc"),
         dense=True,
         box=False,
         definite=True,
         quick=1000,
-        through={"qpsolvers": Through(1000, 1e-5), "cvxpy": Through(1000, 1e-5)},
+        through={"qpsolvers": Through(1000, 1e-5, also=("verbose",)), "cvxpy": Through(1000, 1e-5)},
     ),
     "cvxopt": Facts(
         "cvxopt",
@@ -205,9 +258,13 @@ SOLVERS: Mapping[str, Facts] = {
         tolerances=("abstol", "reltol"),
         tightest=1e-15,
         iterations="maxiters",
+        setting_names=("debug", "feastol", "kktreg", "refinement", "use_correction"),
         box=False,
         quick=1000,
-        through={"qpsolvers": Through(20_000, 1e-10), "cvxpy": Through(300, counted=False)},
+        through={
+            "qpsolvers": Through(20_000, 1e-10, also=("verbose",)),
+            "cvxpy": Through(300, counted=False, also=("kktsolver", "max_iters")),
+        },
     ),
     "qpalm": Facts(
         "qpalm",
@@ -219,6 +276,7 @@ SOLVERS: Mapping[str, Facts] = {
         iterations="max_iter",
         seconds="time_limit",
         settings=_ABSOLUTE,
+        settings_at="qpalm:Settings()",
         warm=True,
         quick=10_000,
         through={"qpsolvers": Through(100_000, 1e-12), "cvxpy": Through(100_000, 1e-12)},
@@ -233,10 +291,12 @@ SOLVERS: Mapping[str, Facts] = {
         iterations="max_iter",
         seconds="time_limit",
         settings=_ABSOLUTE,
+        settings_at="osqp:OSQP().ext.OSQPSettings",
+        setting_names=("cg_preconditioner", "polish", "solver_type", "warm_start"),
         warm=True,
         quick=10_000,
         through={
-            "qpsolvers": Through(50_000, 1e-13),
+            "qpsolvers": Through(50_000, 1e-13, also=("raise_error",)),
             # CVXPY asks for a last step, of which OSQP prints that it is not needed where there is no contact.
             "cvxpy": Through(50_000, 1e-13, settings={"polishing": False}),
         },
@@ -250,9 +310,13 @@ SOLVERS: Mapping[str, Facts] = {
         tightest=1e-16,
         iterations="max_iter",
         seconds="time_limit",
+        settings_at="clarabel:DefaultSettings()",
         box=False,
         quick=10_000,
-        through={"qpsolvers": Through(50_000, 1e-13, counted=False), "cvxpy": Through(50_000, 1e-13)},
+        through={
+            "qpsolvers": Through(50_000, 1e-13, counted=False),
+            "cvxpy": Through(50_000, 1e-13, also=("accept_unknown", "use_quad_obj")),
+        },
     ),
 }
 """By the name that all such packages call a solver by."""

@@ -18,7 +18,7 @@ import numpy as np
 from ..errors import MissingBackendError, UnsuitableProblemError
 from ..foundation.files import replaced_as_a_whole
 from ..foundation.rounding import quotient_above, quotient_below
-from .families import FAMILIES
+from ..gallery.families import FAMILIES
 from .record import REFERENCE, Ask, Record
 
 if TYPE_CHECKING:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..foundation.loading import load_modules
 from ..plotting.style import INK, new_figure
 from .record import Record
-from .statistics import Growth, growths, profile
+from .specs import Timing
+from .statistics import exponent, growths, profile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,7 +82,7 @@ def plot_growth(records: Sequence[Record]) -> Figure | None:
         axes.set(xscale="log", yscale="log", title=family)
         axes.set(xlabel="unknowns" if lowest else "", ylabel="seconds" if leftmost else "")
         axes.grid(color="#dfe7ec")
-        _tell_exponents(axes, shown)
+        _tell_exponents(axes, [_End(float(one.sizes[-1]), float(one.seconds[-1]), one.exponent) for one in shown])
     drawn = [name for name in backends if any(growth.backend == name for growth in found)]
     solvers = [Line2D([], [], marker="o", ms=4, **_look(backends.index(name))) for name in drawn]
     lines = [Line2D([], [], **{**_look(0, rank), "color": INK}) for rank in range(len(levels))]
@@ -89,17 +91,59 @@ def plot_growth(records: Sequence[Record]) -> Figure | None:
     return figure
 
 
+def plot_timings(timings: Sequence[Timing], title: str, sizes: str) -> Figure | None:
+    """Return time against size for each phase of a spec; None without a time at a size.
+
+    Parameters
+    ----------
+    timings : sequence of Timing
+    title : str
+    sizes : str
+        What the sizes are.
+    """
+    known = [timing for timing in timings if timing.timed and math.isfinite(timing.size)]
+    if not known:
+        return None
+    figure = new_figure(7.5, 4.8)
+    axes = figure.add_subplot()
+    ends = []
+    for rank, phase in enumerate(dict.fromkeys(timing.phase for timing in known)):
+        own = sorted((timing for timing in known if timing.phase == phase), key=lambda timing: timing.size)
+        size, seconds = (np.array([getattr(timing, what) for timing in own]) for what in ("size", "seconds"))
+        axes.plot(size, seconds, marker="o", ms=4, lw=1.5, label=phase, **_look(rank))
+        power = exponent(size, seconds)
+        if power is not None:
+            ends.append(_End(float(size[-1]), float(seconds[-1]), power))
+    axes.set(xscale="log", yscale="log", xlabel=sizes, ylabel="seconds")
+    axes.set_title(title, fontsize="medium")
+    sizes_known = [timing.size for timing in known]
+    # Within a decade matplotlib labels the ticks in between, which run into each other as soon as there are more.
+    axes.tick_params(axis="x", which="minor", labelbottom=max(sizes_known) < 10 * min(sizes_known))
+    axes.grid(color="#dfe7ec")
+    _tell_exponents(axes, ends)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside right upper", frameon=False, fontsize="small")
+    return figure
+
+
 def _names(records: Sequence[Record]) -> list[str]:
     return list(dict.fromkeys(record.backend for record in records))
 
 
-def _tell_exponents(axes: Axes, growths: Sequence[Growth]) -> None:
-    """Write each solver's exponent at the end of its line, above that of a line that ends as low."""
+class _End(NamedTuple):
+    """Where a line ends, and the exponent of its growth."""
+
+    size: float
+    seconds: float
+    exponent: float
+
+
+def _tell_exponents(axes: Axes, ends: Sequence[_End]) -> None:
+    """Write each exponent at the end of its line, above that of a line that ends as low."""
     low, high = np.log10(axes.get_ylim())
     apart = 10 ** ((high - low) * _LEAST_DISTANCE)
     below = 0.0
-    for growth in sorted(growths, key=lambda growth: float(growth.seconds[-1])):
-        height = max(float(growth.seconds[-1]), below)
-        end, told = (float(growth.sizes[-1]), height), f"{growth.exponent:.1f}"
-        axes.annotate(told, end, xytext=(5, -3), textcoords="offset points", fontsize="x-small", color=INK)
+    for end in sorted(ends, key=lambda end: end.seconds):
+        height = max(end.seconds, below)
+        place, told = (end.size, height), f"{end.exponent:.1f}"
+        axes.annotate(told, place, xytext=(5, -3), textcoords="offset points", fontsize="x-small", color=INK)
         below = height * apart

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..foundation.files import replaced_as_a_whole
 from ..foundation.html import figure_of, line, page, table
 from ..foundation.text import at_least, number
-from .families import FAMILIES
+from ..gallery.families import FAMILIES
 from .pictures import plot_growth, plot_profiles
 from .record import Record
 from .results import Results

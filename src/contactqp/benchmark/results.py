@@ -6,20 +6,19 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
-from ..foundation.files import replaced_as_a_whole
 from ..foundation.loading import load_modules
+from .about import ABOUT, now, read_about, write_about
 from .record import Record
 from .suites import Suite
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_RECORDS, _ABOUT = "records.jsonl", "about.json"
+_RECORDS = "records.jsonl"
 
 
 @dataclass
@@ -62,10 +61,10 @@ class Results:
             If it holds results of another suite or of other limits, or was measured with other versions or on another
             machine.
         """
-        if (folder / _ABOUT).exists():
+        if (folder / ABOUT).exists():
             found = cls.read(folder)
             was = found.suite
-            for what, before, now in (
+            for what, before, wanted in (
                 ("suite", was.name, suite.name),
                 ("time limit", was.time_limit, suite.time_limit),
                 ("memory limit", was.memory, suite.memory),
@@ -73,17 +72,15 @@ class Results:
                 ("versions", dict(found.versions), dict(versions)),
                 ("machine", dict(found.machine), dict(machine)),
             ):
-                if before != now:
+                if before != wanted:
                     raise ValueError(
-                        f"folder {folder} holds results of another {what} ({before}, now {now}), which would be mixed; "
-                        "take another folder"
+                        f"folder {folder} holds results of another {what} ({before}, now {wanted}), which would be "
+                        "mixed; take another folder"
                     )
             return found
-        when = datetime.now().astimezone().isoformat(timespec="seconds")
-        folder.mkdir(parents=True, exist_ok=True)
-        about = {"suite": asdict(suite), "versions": dict(versions), "machine": dict(machine), "when": when}
-        with replaced_as_a_whole(folder / _ABOUT) as unfinished:
-            unfinished.write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
+        when = now()
+        told = {"suite": asdict(suite), "versions": dict(versions), "machine": dict(machine), "when": when}
+        write_about(folder, told)
         return cls(folder, suite, versions, machine, when)
 
     @classmethod
@@ -96,9 +93,7 @@ class Results:
             If it holds no results.
         """
         place = Path(folder)
-        if not (place / _ABOUT).exists():
-            raise ValueError(f"folder {place} holds no results of a benchmark: it has no {_ABOUT}")
-        about: dict[str, Any] = json.loads((place / _ABOUT).read_text(encoding="utf-8"))
+        about = read_about(place)
         told = about["suite"]
         problems = {name: tuple(numbers) for name, numbers in told["problems"].items()}
         suite = Suite(**{**told, "problems": problems, "levels": tuple(told["levels"])})

@@ -12,13 +12,13 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from ..backends import get_backend, installed_backends
+from ..backends import get_backend
 from ..backends.base import Backend
-from ..comparison.provenance import machine, versions_of
 from ..foundation.checks import nearest
 from ..foundation.progress import Progress
+from ..gallery.families import FAMILIES
 from ..solving.tolerances import tolerance_of
-from .families import FAMILIES
+from .about import measured_with
 from .record import REFERENCE, Ask, Record
 from .results import Results
 from .suites import Suite, suite_of
@@ -75,7 +75,7 @@ def run(
     for backend in () if backends is None or isinstance(backends, str) else backends:
         get_backend(backend)
     place = Path(folder)
-    results = Results.begun(place, chosen, versions_of(_packages()), machine())
+    results = Results.begun(place, chosen, *measured_with())
     done = {record.key for record in results.records}
     with Progress(f"benchmark {chosen.name}") as progress, tempfile.TemporaryDirectory() as scratch:
         for family, number in _problems(chosen):
@@ -91,12 +91,6 @@ def run(
                     progress.update(f"{ask.problem}: {ask.backend}, {ask.level}")
                     results.add(_measured(ask, truth, Path(scratch)))
     return results
-
-
-def _packages() -> list[str]:
-    """Return the distributions behind the backends that can be called here."""
-    found = (get_backend(name) for name in installed_backends())
-    return [package for backend in found for package in (backend.package, *backend.also_needs)]
 
 
 def _narrowed(suite: Suite, levels: Sequence[str] | None, families: Sequence[str] | None) -> Suite:

@@ -200,9 +200,22 @@ def growths(records: Iterable[Record]) -> list[Growth]:
     for (family, backend, level), group in groups.items():
         own = sorted(group, key=lambda record: record.size or 0)
         sizes = np.array([float(record.size or 0) for record in own])
-        if np.unique(sizes).size < _SIZES:
-            continue
         seconds = np.array([record.seconds or 0.0 for record in own])
-        exponent = float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
-        found.append(Growth(family, backend, level, sizes, seconds, exponent))
+        slope = exponent(sizes, seconds)
+        if slope is not None:
+            found.append(Growth(family, backend, level, sizes, seconds, slope))
     return found
+
+
+def exponent(sizes: Vector, seconds: Vector) -> float | None:
+    """Return the exponent of a growth, as `Growth` has it; None without three sizes that take measurable time.
+
+    Examples
+    --------
+    >>> exponent(np.array([1.0, 2.0, 4.0]), np.array([3.0, 12.0, 48.0])).__round__(12)
+    2.0
+    """
+    measurable = seconds > _MEASURABLE
+    if np.unique(sizes[measurable]).size < _SIZES:
+        return None
+    return float(np.polyfit(np.log(sizes[measurable]), np.log(seconds[measurable]), 1)[0])

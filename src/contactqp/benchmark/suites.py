@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from ..foundation.checks import nearest
+from ..foundation.text import counted
 
 GIB = 2**30
 
@@ -40,7 +41,8 @@ class Suite:
     def __str__(self) -> str:
         count = sum(map(len, self.problems.values()))
         return (
-            f"{self.name}: {count} problems of {len(self.problems)} families, {', '.join(self.levels)}; "
+            f"{self.name}: {counted(count, 'problem')} of {counted(len(self.problems), 'family', 'families')}, "
+            f"{', '.join(self.levels)}; "
             f"{self.time_limit:g} s and {self.memory / GIB:g} GiB each"
         )
 

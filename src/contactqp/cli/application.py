@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -34,8 +33,15 @@ class bad_input:  # noqa: N801
             error = MemoryError(f"not enough memory: {error}")
         if isinstance(error, (ValueError, TypeError, ImportError, OSError, ArithmeticError, MemoryError)):
             notes = "".join(f" ({note})" for note in getattr(error, "__notes__", ()))
-            typer.echo(f"contactqp: {' '.join(f'{error}{notes}'.split())}", err=True)
+            typer.echo(f"contactqp: {' '.join(f'{_words_of(error)}{notes}'.split())}", err=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
+
+
+def _words_of(error: BaseException) -> str:
+    """Return what an error says; one of the system about a file without its number, the file's name first."""
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        return f"{error.filename}: {error.strerror.lower()}"
+    return str(error)
 
 
 class _Commands(TyperGroup):
@@ -77,27 +83,6 @@ Tol = Annotated[
 ]
 TimeLimit = Annotated[float | None, typer.Option(help="Seconds for each backend.", show_default=False)]
 Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .svg).", show_default=False)]
-
-
-class RowsOfAnswer(StrEnum):
-    """Which way y goes from row to row of an answer's array."""
-
-    UP = "up"
-    DOWN = "down"
-
-
-class Quantity(StrEnum):
-    """What the numbers of an answer are."""
-
-    GAP = "gap"
-    DEFLECTION = "deflection"
-
-
-class Method(StrEnum):
-    """How a step in time is made."""
-
-    CRANK_NICOLSON = "crank-nicolson"
-    EULER = "euler"
 
 
 def times_told(text: str) -> Vector:

@@ -1,7 +1,8 @@
-"""``contactqp bench``: solvers measured on suites of problems, and two runs beside each other."""
+"""``contactqp bench``: solvers measured on suites of problems, two runs beside each other, and benchmarks of parts."""
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,9 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
+from ..errors import ContactWarning
 from ..foundation.terminal import table_console
+from ..foundation.text import counted
 from .application import EXIT_NOT_CERTIFIED, EXIT_OK, app
 
 _SHOWN = 20
@@ -86,9 +89,59 @@ def diff(
     from ..benchmark import Results, difference
 
     found = difference(Results.read(first), Results.read(second))
-    typer.echo(f"{found.common} answers in both; the second run takes {found.factor:.2f} x the first's time (mean)")
+    common = counted(found.common, "answer")
+    typer.echo(f"{common} in both; the second run takes {found.factor:.2f} x the first's time (mean)")
     for change in found.changes[:_SHOWN]:
         typer.echo(f"{'worse: ' if change.worse else ''}{change}")
     if len(found.changes) > _SHOWN:
         typer.echo(f"and {len(found.changes) - _SHOWN} more")
     raise typer.Exit(EXIT_NOT_CERTIFIED if found.worse else EXIT_OK)
+
+
+@bench.command("run")
+def run_parts(
+    given: Annotated[
+        list[str],
+        typer.Argument(help="Python files that define SPECS, and names of some of them.", metavar="FILE.py… [NAME…]"),
+    ],
+    phases: Annotated[str | None, typer.Option(help="Some of their phases, separated by commas.")] = None,
+    points: Annotated[str | None, typer.Option(help="Points instead of their sweeps, separated by commas.")] = None,
+    repeat: Annotated[int | None, typer.Option(help="Times each phase is timed; the least counts.")] = None,
+    largest: Annotated[float | None, typer.Option(help="Numbers above it are left out.")] = None,
+    smoke: Annotated[bool, typer.Option("--smoke", help="Run each phase once at a small point.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Where timings.csv, about.json and pictures are written.", metavar="FOLDER")
+    ] = None,
+) -> None:
+    """Time the parts that Python files describe, the phases of each in turn in one process.
+
+    Exit code 0: all has run; 2: bad input; 130: interrupted.
+    """
+    from ..benchmark import load_specs, run_specs
+
+    files = [Path(word) for word in given if word.endswith(".py")]
+    if not files:
+        raise ValueError(f"name a Python file that defines SPECS; got {', '.join(given)}")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ContactWarning)  # answers are told with their status
+        run_specs(
+            [spec for file in files for spec in load_specs(file)],
+            names=[word for word in given if not word.endswith(".py")],
+            phases=_names(phases),
+            points=None if points is None else [_point(word) for word in _names(points) or ()],
+            repeat=repeat,
+            largest=largest,
+            smoke=smoke,
+            out=out,
+            show=typer.echo,
+        )
+
+
+def _point(word: str) -> int | float | str:
+    """Return the number that a word is, or the word."""
+    for kind in (int, float):
+        try:
+            return kind(word)
+        except ValueError:
+            continue
+    return word

@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..foundation.checks import one_of
 from ..foundation.files import made_folder
 from ..foundation.terminal import line_width
-from ..foundation.text import folded, shortened
+from ..foundation.text import counted, folded, shortened
 from .application import (
     EXIT_NOT_CERTIFIED,
     EXIT_OK,
     PICTURES,
     Case,
-    Method,
     Plot,
-    Quantity,
-    RowsOfAnswer,
     TimeLimit,
     Tol,
     check_output,
@@ -30,12 +28,18 @@ from .application import (
     app as app,
 )
 from .bench import bench as bench
+from .distributed import processes_started, solve_together
 from .gallery_commands import export_dataset, study  # noqa: F401  (commands register themselves)
 
 if TYPE_CHECKING:
     from ..foundation.brackets import Bracket
     from ..io.cases import Model
     from ..refinement.solve_to import SolvedTo
+
+_METHODS = "crank-nicolson", "euler"
+_QUANTITIES = "gap", "deflection"
+_ROWS = "up", "down"
+"""Words that options take; others are refused with the one that was probably meant."""
 
 
 @app.command()
@@ -120,8 +124,14 @@ def solve(
 ) -> None:
     """Solve CASE by one backend.
 
+    Started by mpiexec, several processes share a membrane's rows, and write one .zarr store (the extra 'mpi').
+
     Exit code 0: certified, and with --continuum-tol reached; 1: not; 2: bad input; 130: interrupted.
     """
+    if processes_started() > 1:
+        if continuum_tol is not None:
+            raise ValueError("--continuum-tol is for one process; start it without mpiexec")
+        raise typer.Exit(solve_together(case, backend, tolerance(tol), time_limit, out, plot))
     from ..io.writers import WRITERS, require_suitable, write_solution
 
     check_output("--out", out, tuple(WRITERS))
@@ -143,7 +153,8 @@ def solve(
     if solution.certificate is not None:
         _echo_facts(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
         if model.node_area is not None:
-            _echo_facts(f"  contact     {_told(solution.contact_area)} ({_AREAS[model.units['load']]})")
+            area = f"{_AREAS[model.units['load']]} that its nodes stand for"
+            _echo_facts(f"  contact     {_told(solution.contact_area)} ({area})")
     if out is not None:
         write_solution(solution, model, out)
         typer.echo(f"fields: {out}")
@@ -187,7 +198,7 @@ def march(
     damping: Annotated[
         float, typer.Option(help="Force per area (cable: per length) and velocity, > 0.", show_default=False)
     ],
-    method: Annotated[Method, typer.Option(help="How a step is made.")] = Method.CRANK_NICOLSON,
+    method: Annotated[str, typer.Option(help="How a step is made.", metavar="|".join(_METHODS))] = _METHODS[0],
     backend: Annotated[str, typer.Option(help="Name of the backend, see 'contactqp backends'.")] = "auto",
     tol: Tol = "1e-8",
     out: Annotated[Path | None, typer.Option(help="Write all times (.nc).", show_default=False)] = None,
@@ -206,6 +217,7 @@ def march(
     """
     check_output("--out", out, (".nc",))
     check_output("--plot", plot, PICTURES)
+    one_of(method, _METHODS, "--method")
     from ..io.netcdf import write_netcdf
     from ..paths.march import march as march_model
 
@@ -214,7 +226,7 @@ def march(
         model,
         times=times_told(times),
         damping=damping,
-        method=method.value,
+        method=method,  # type: ignore[arg-type]
         backend=backend,
         tol=tolerance(tol),
         checkpoint=checkpoint,
@@ -245,16 +257,18 @@ def certify(
         ),
     ],
     quantity: Annotated[
-        Quantity,
+        str,
         typer.Option(
-            help="What the numbers are: gaps to the support, or deflections, positive as the heights of the case."
+            help="What the numbers are: gaps to the support, or deflections, positive as the heights of the case.",
+            metavar="|".join(_QUANTITIES),
         ),
-    ] = Quantity.GAP,
+    ] = _QUANTITIES[0],
     rows: Annotated[
-        RowsOfAnswer | None,
+        str | None,
         typer.Option(
             help="Which way y goes from row to row of an array: up, its first row has the smallest y (so it is if "
             "nothing is said), or down; to be said where the rows of the case's own files go down.",
+            metavar="|".join(_ROWS),
             show_default=False,
         ),
     ] = None,
@@ -272,6 +286,9 @@ def certify(
     from .records import JSON, print_enclosure, write_enclosure
 
     check_output("--out", out, (JSON, *WRITERS))
+    one_of(quantity, _QUANTITIES, "--quantity")
+    if rows is not None:
+        one_of(rows, _ROWS, "--rows")
     from ..io.answers import read_answer
     from ..solving.answered import judged_answer
 
@@ -280,7 +297,7 @@ def certify(
         require_suitable(out, model)
     judged = judged_answer(
         model,
-        read_answer(answer, model, quantity.value, rows=None if rows is None else rows.value),
+        read_answer(answer, model, quantity, rows=rows),  # type: ignore[arg-type]
         tolerance(tol),
         answer.name,
     )
@@ -353,7 +370,7 @@ def export_qpbenchmark(
     from ..comparison.qpbenchmark import MODULE, write_test_set
 
     names = write_test_set(folder, largest)
-    typer.echo(f"{folder / MODULE}: {len(names)} problems; to run them: pip install qpbenchmark, then")
+    typer.echo(f"{folder / MODULE}: {counted(len(names), 'problem')}; to run them: pip install qpbenchmark, then")
     typer.echo(f"qpbenchmark {folder / MODULE} run")
 
 

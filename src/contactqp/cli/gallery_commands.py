@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ..foundation.terminal import line_width
-from ..foundation.text import at_most, folded
+from ..foundation.text import at_most, counted, folded
 from .application import EXIT_NOT_CERTIFIED, EXIT_OK, PICTURES, Plot, TimeLimit, Tol, app, check_output, tolerance
 
 
@@ -114,5 +114,5 @@ def export_dataset(
     found = export(folder, SIZES if sizes is None else _sizes(sizes), chosen, told=told)
     for line in found.refused:
         typer.echo(f"contactqp: not written: {line}", err=True)
-    typer.echo(f"{len(found.written)} problems with proved answers: {folder}")
+    typer.echo(f"{counted(len(found.written), 'problem')} with proved answers: {folder}")
     raise typer.Exit(EXIT_NOT_CERTIFIED if found.refused else EXIT_OK)

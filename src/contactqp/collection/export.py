@@ -32,7 +32,7 @@ FAMILIES = (
     "rough-05",
     "spiral",
 )
-"""Ten problems in plan: round and ragged contact sets, hardly one, two bounds, a coefficient that varies."""
+"""Ten of `contactqp.gallery.families`: contact sets round and ragged, hardly one, two bounds, a varying coefficient."""
 
 SIZES = (31, 63, 127, 255, 511, 1023)
 """Nodes along a side."""

@@ -5,16 +5,16 @@ Caron et al., *qpbenchmark: benchmark for quadratic programming solvers availabl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
-from .. import gallery
 from .._version import __version__
 from ..foundation.checks import integer_at_least
 from ..foundation.files import made_folder
-from ..models.base import ContactModel
+from ..gallery.families import FAMILIES
+from ..models.base import split
 
-__all__ = ["FAMILIES", "MODULE", "PROBLEMS", "write_test_set"]
+__all__ = ["MODULE", "PROBLEMS", "SIZES", "write_test_set"]
 
 MODULE = "contactqp_obstacles.py"
 """The module of the test set; qpbenchmark derives from its name that of the class in it."""
@@ -24,16 +24,16 @@ PROBLEMS = "problems"
 
 _SIDES, _NODES = (15, 31, 63, 127), (99, 999, 9999)
 
-FAMILIES: Mapping[str, tuple[Callable[[int], ContactModel], tuple[int, ...]]] = {
-    "hexagon": (lambda percent: gallery.paper_hexagon(percent / 100), tuple(range(1, 11))),
-    "bowl": (gallery.bowl, _SIDES),
-    "spiral": (gallery.spiral, _SIDES),
-    "ball": (lambda nodes: gallery.ball(nodes)[0], _SIDES),
-    "cable": (lambda nodes: gallery.cable_on_floor(nodes, nodes // 3)[0], _NODES),
-    "channel": (lambda nodes: gallery.cable_between_floor_and_ceiling((nodes + 1) // 2, nodes // 5)[0], _NODES),
-    "beam": (lambda nodes: gallery.beam_on_floor(nodes, nodes // 3)[0], _NODES[:2]),
+SIZES: Mapping[str, tuple[int, ...]] = {
+    "hexagon": tuple(range(1, 11)),
+    "bowl": _SIDES,
+    "spiral": _SIDES,
+    "ball": _SIDES,
+    "cable": _NODES,
+    "channel": _NODES,
+    "beam": _NODES[:2],
 }
-"""What makes the models of each family, and of what: nodes along a side, or hundredths of the hexagon's load."""
+"""By family of `contactqp.gallery.families`, the numbers that its problems are made by."""
 
 _TEXT = f'''"""Obstacle problems as a test set of qpbenchmark, written by contactqp {__version__}.
 
@@ -99,12 +99,12 @@ def write_test_set(folder: Path, largest: int = 20_000) -> list[str]:
     """
     integer_at_least(largest, 1, "largest")
     problems = {}
-    for family, (model_of, sizes) in FAMILIES.items():
+    for family, sizes in SIZES.items():
         for size in sizes:
-            model = model_of(size)
-            if model.size > largest:
+            problem = split(FAMILIES[family].make(size))[1]
+            if problem.size > largest:
                 break
-            problems[f"{family}_{size:0{len(str(sizes[-1]))}}"] = model.problem
+            problems[f"{family}_{size:0{len(str(sizes[-1]))}}"] = problem
     if not problems:
         raise ValueError(f"largest must be at least 99, the unknowns of the smallest problem, got {largest}")
     made_folder(folder)

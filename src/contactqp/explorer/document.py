@@ -78,7 +78,7 @@ def _slider(title: str, name: str, **options: Any) -> Slider:
 def _controls(scenes: Sequence[str]) -> dict[str, Any]:
     """Return what most readers move; the page's scripts set ranges, titles and values."""
     return {
-        "scene": Select(title="frame", name="scene", options=list(scenes), value=scenes[0], **_WIDE),
+        "scene": Select(title="problem", name="scene", options=list(scenes), value=scenes[0], **_WIDE),
         "support": Select(title="support", name="support", options=[""], value="", **_WIDE),
         "load": _slider("load p", "load"),
         "play": Toggle(label=_PLAY, name="play", **_WIDE),

@@ -38,8 +38,9 @@ function chooseScene() {
   ui.relief.value = 1;
   const { rows } = scene.lattice;
   ui.row.setv({ start: 0, end: Math.max(1, rows - 1), value: Math.floor((rows - 1) / 2), visible: rows > 1 });
-  for (const element of document.querySelectorAll("[data-plane]")) {
-    /** @type {HTMLElement} */ (element).hidden = rows === 1;
+  for (const element of document.querySelectorAll("[data-plane], [data-line]")) {
+    const { dataset } = /** @type {HTMLElement} */ (element);
+    /** @type {HTMLElement} */ (element).hidden = ("line" in dataset) !== (rows === 1);
   }
   ui.map.below[0].axis_label = labels.x;
   ui.map.left[0].axis_label = labels.y;

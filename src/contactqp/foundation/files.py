@@ -20,6 +20,20 @@ def require_folder(path: Path, what: str) -> None:
         raise ValueError(f"cannot write the {what} {path}: there is no folder {path.parent}; make it first")
 
 
+def require_file(path: Path) -> None:
+    """Raise a FileNotFoundError that names a file, unless it is there.
+
+    Examples
+    --------
+    >>> require_file(Path("no", "such", "bed.csv"))
+    Traceback (most recent call last):
+    ...
+    FileNotFoundError: there is no file no/such/bed.csv
+    """
+    if not path.is_file():
+        raise FileNotFoundError(f"there is no file {path}")
+
+
 def made_folder(folder: Path) -> Path:
     """Return a folder that is to be written into, made if it is missing.
 

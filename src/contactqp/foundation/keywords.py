@@ -14,14 +14,15 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def known_by_name(function: Function) -> Function:
-    """Let an ``__init__`` refuse a keyword that it does not have with the name that was probably meant."""
+    """Let a method refuse a keyword that it does not have with the name that was probably meant."""
     known = [*signature(function).parameters][1:]
+    method = "" if function.__name__ == "__init__" else f".{function.__name__}"
 
     @wraps(function)
     def call(self: Any, *arguments: Any, **keywords: Any) -> Any:
         for name in keywords:
             if name not in known:
-                kind = type(self).__name__
+                kind = f"{type(self).__name__}{method}"
                 raise TypeError(f"{kind} has no argument {name!r}{nearest(name, known)}; it has {', '.join(known)}")
         return function(self, *arguments, **keywords)
 

@@ -110,15 +110,15 @@ def count(value: int | None) -> str:
     return "-" if value is None else str(value)
 
 
-def counted(value: int, noun: str) -> str:
+def counted(value: int, noun: str, several: str | None = None) -> str:
     """Return a count with what is counted.
 
     Examples
     --------
-    >>> counted(1, "node"), counted(2, "node")
-    ('1 node', '2 nodes')
+    >>> counted(1, "node"), counted(2, "node"), counted(3, "family", "families")
+    ('1 node', '2 nodes', '3 families')
     """
-    return f"{value} {noun}{'' if value == 1 else 's'}"
+    return f"{value} {noun if value == 1 else several or f'{noun}s'}"
 
 
 def at_upper_bound(nodes: int | None) -> str:

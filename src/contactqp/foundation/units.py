@@ -28,6 +28,9 @@ _PARTS = {
 def checked_units(units: Any) -> dict[str, str]:
     """Return units by ``"length"`` and ``"force"``, given as such, or as the unit of length alone.
 
+    Units are free text: names for labels and files, as people write them (``"m"``, ``"Å"``, ``"pixel"``). What a name
+    means is asked, of pint, only where a value brings a unit of its own, which must then be converted.
+
     Examples
     --------
     >>> checked_units("m"), checked_units({"length": "m", "force": "kN"}), checked_units(None)

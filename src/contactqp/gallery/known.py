@@ -71,7 +71,8 @@ class Known:
         Exact continuous reaction at each node, of all that it stands for (force). It jumps at the free boundary, so
         that a discrete one is close to it in the sum of moduli, not node by node.
     exact : bool
-        Whether the discrete answer is the continuous one to rounding.
+        Whether the discrete answer is the continuous one at the nodes, to rounding. Where contact ends between two
+        nodes no discrete answer tells.
     contact_area : float or None
         Of the continuum (area; of cables and beams a length).
     distance : function of (x, y), or None

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import CaseFileError
 from ..foundation.checks import Vector, nearest
-from ..foundation.text import shortened
+from ..foundation.text import counted, shortened
 from ..geometry.fields import Rows
 from ..models.base import ContactModel
 from .data_files import Reading, read_numbers
@@ -71,14 +72,32 @@ def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap", *, 
         if suffix == ".csv" and is_node_table(path):
             return _of_table(path, model, quantity)
         grid = read_numbers(path, Reading()).values.astype(np.float64)
-        one_dimensional = 1 in grid.shape and grid.size == model.size
-        given = grid.ravel() if one_dimensional else _in_own_rows(grid, model, quantity, rows)
+        _require_fitting(grid, model)
+        given = grid.ravel() if _is_row(grid) else _in_own_rows(grid, model, quantity, rows)
         values = model.at_nodes(given, quantity, allow_inf=True)
         return _finite(_gap_of(values, model, quantity), model)
     except CaseFileError as error:
         raise CaseFileError(f"{path}: {error}") from None
     except (OSError, TypeError, ValueError) as error:
         raise CaseFileError(f"{path}: {shortened(error, 300)}") from None
+
+
+def _is_row(grid: NDArray[np.float64]) -> bool:
+    return 1 in grid.shape
+
+
+def _require_fitting(grid: NDArray[np.float64], model: ContactModel) -> None:
+    """Raise a CaseFileError, unless there is a number for each node, or an array as the nodes are laid out."""
+    laid_out = model.laid_out(np.zeros(model.size))[1].shape
+    row = (grid.size,) if _is_row(grid) else grid.shape
+    if row in ((model.size,), laid_out) or grid.shape == laid_out:
+        return
+    given = counted(grid.size, "number") if _is_row(grid) else f"an array of shape {grid.shape}"
+    array = f", or an array of shape {laid_out}" if len(laid_out) > 1 else ""
+    raise CaseFileError(
+        f"it holds {given}, and the case has {counted(model.size, 'node')}: hand over a number for each, in their "
+        f"order{array}"
+    )
 
 
 def _in_own_rows(field: Any, model: ContactModel, name: str, rows: Rows | None) -> Any:

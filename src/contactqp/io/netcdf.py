@@ -59,7 +59,8 @@ def read_netcdf(path: Path) -> xr.Dataset:
         try:
             with xr.open_dataset(path, engine="netcdf4") as file:
                 return file.load()
-        except OSError:
+        except (FileNotFoundError, PermissionError):
             raise
         except Exception as error:  # whatever a decoder says of a damaged file
-            raise OSError(f"it is no NetCDF file, or a damaged one: {error}") from None
+            said = getattr(error, "strerror", None) or error
+            raise OSError(f"it is no NetCDF file, or a damaged one: {said}") from None

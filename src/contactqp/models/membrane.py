@@ -61,8 +61,9 @@ class Membrane(AreaModel, StretchedModel):
         Load, support, ceiling, frame height and a tension that is one number may be given by `contactqp.between`; the
         model is then that of the middle, and `contactqp.solve_between` encloses all.
     units : str or mapping, optional
-        Units of all numbers without one, as ``{"length": "m", "force": "kN"}``. What has a unit of its own, a quantity
-        of pint or an array whose ``attrs["units"]`` tells it, is then checked and converted; files tell the units.
+        Units of all numbers without one, as ``{"length": "m", "force": "kN"}``: free text, which labels and files tell.
+        What has a unit of its own, a quantity of pint or an array whose ``attrs["units"]`` tells it, is then checked
+        and converted, for which pint must know both.
 
     Raises
     ------

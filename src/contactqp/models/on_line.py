@@ -88,7 +88,8 @@ class LineModel(LatticeModel):
         A touchdown lies somewhere between a node in contact and a free one beside it, and is reported at the node in
         contact: a contact stretch goes from its first node to its last one, and a free span, which has one free node
         or more, from node in contact to node in contact, or to the end of the line. So the rows meet; only where a node
-        in contact is next to an end that is held, nothing is told of the arm between them.
+        in contact is next to an end that is held, nothing is told of the arm between them, which has no node of its
+        own: it may hang free, or lie on the ground like its ends. Then the lengths add up to the line's less that arm.
 
         Parameters
         ----------
@@ -102,6 +103,7 @@ class LineModel(LatticeModel):
 
             * kind: "free" or "contact", by ``solution.contact``;
             * start, end, length: abscissae of the row's ends, and their distance (length), 0 for contact at one node;
+              in contact it is a spacing less than what the nodes stand for, see `Solution.contact_area`;
             * nodes: how many are free (in contact);
             * largest_gap, largest_gap_at: of the nodes over a support, and its abscissa (length); nan in contact;
             * sag: how far a free span hangs below the chord of its ends at most (length); nan in contact;

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 _ROUNDING = 1e-12
 """Part of the gap scale that deflections may differ by where there are none."""
 
+_TICKS = 5
+"""Numbers along an axis of the small map, which more would not fit beside each other."""
+
 _FEW = 4000
 """Triangles up to which their sides are drawn."""
 
@@ -42,7 +45,7 @@ def _map_and_section(model: MeshMembrane, solution: Answered, wanted: Wanted = P
     upper, lower = right.subplots(2, 1, height_ratios=[1.6, 1])
     _draw_deflection(upper, model, solution)
     draw_shape(lower, cut_across(model, solution.gap, place), model, solution)
-    lower.set(xlabel="x", title=f"Section at y = {place:g}")
+    lower.set(xlabel="x", title=f"Section at y = {place:.3g}")
     for axes in (left.axes[0], upper):
         axes.axhline(place, color="white", lw=1.8, alpha=0.6)
         axes.axhline(place, color=INK, lw=0.9, ls="--")
@@ -191,6 +194,7 @@ def _draw_deflection(axes: Axes, model: MeshMembrane, solution: Answered) -> Non
     label, rounding = f"w, {model.sense}", _ROUNDING * model.problem.gap_scale
     bar_of_heights(axes, picture, heights, label, upwards=model.upwards, rounding=rounding, shrink=0.9)
     axes.set(xlabel="x", ylabel="y", title="Deflection")
+    axes.locator_params(nbins=_TICKS)
     same_scales(axes)
     tidy(axes)
 

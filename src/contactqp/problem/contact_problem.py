@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..foundation.checks import Mask, Vector, positive_number, read_only, times, vector
+from ..foundation.text import counted
 from ..geometry.numbering import Grid, Layout
 from .barrier import Barrier
 from .bounds import Bounds
@@ -373,8 +374,8 @@ class ContactProblem(Posed):
         free = int(np.count_nonzero(~self.supported))
         unsupported = f", {free} unsupported" if free else ""
         ceiling = "" if self.one_sided else f", {int(np.count_nonzero(np.isfinite(self.upper)))} with an upper bound"
-        entries = f"{self.stiffness.nonzeros} nonzeros, {self.facts.kind}"
-        return f"{type(self).__name__}({self.size} unknowns, {entries}{unsupported}{ceiling})"
+        entries = f"{counted(self.stiffness.nonzeros, 'nonzero')}, {self.facts.kind}"
+        return f"{type(self).__name__}({counted(self.size, 'unknown')}, {entries}{unsupported}{ceiling})"
 
 
 def checked_scale(value: GapScale) -> GapScale:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import nearest
+from ..foundation.files import require_file
 from ..foundation.text import counted, shortened
 
 Column = str | int
@@ -69,6 +70,7 @@ def read_samples(
         both = "both" if not others[1:] else "several"
         raise ValueError(f"{', '.join(others)} and {last} must be different columns, got {twice!r} for {both}")
     check_separators(delimiter, decimal)
+    require_file(path)
     table = _Table(path, delimiter, decimal)
     line, first = table.first_row()
     places = tuple(_place(first, column, path) for column in chosen)
@@ -121,6 +123,7 @@ def read_points(
         See `read_samples`.
     """
     check_separators(delimiter, decimal)
+    require_file(path)
     found = _delimiter_in(path, delimiter, decimal)
     table = _Table(path, found, decimal)
     _, first = table.first_row()

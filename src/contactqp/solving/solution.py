@@ -566,7 +566,12 @@ class Solution:
 
     @property
     def contact_area(self) -> Bracket:
-        """Bracket of the area in contact (cable: of the length), the sum of what its nodes stand for."""
+        """Bracket of the area in contact (of cables and beams: the length), the sum of what its nodes stand for.
+
+        A node stands for what is nearer to it than to another, of a line for half an arm to either side: m nodes next
+        to each other for a length of m Δ. A stretch of `spans` goes from its first node to its last one, which is
+        (m - 1) Δ. Where contact ends between two nodes the discrete problem does not tell.
+        """
         self._physical("contact_area")
         return self._certified("contact_area").contact_area
 

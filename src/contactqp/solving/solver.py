@@ -14,6 +14,7 @@ from ..backends.base import Backend, CaseAnswers, State
 from ..backends.contract import checked_cases
 from ..foundation.checks import Vector, one_of
 from ..foundation.deadline import Deadline
+from ..foundation.keywords import known_by_name
 from ..geometry.fields import Rows
 from ..models.base import ContactModel, split
 from ..models.varied import with_lift, with_load_of, with_support, with_tension
@@ -106,6 +107,7 @@ class Solver:
         """The session's last answer (length), shape (n,); None without a finite one."""
         return self._last
 
+    @known_by_name
     def solve(
         self,
         *,

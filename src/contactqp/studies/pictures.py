@@ -37,9 +37,11 @@ def study_figure(study: Errors) -> Figure:
         order = study.order(quantity)
         told = f"{label}, order {order:.2f}" if math.isfinite(order) else label
         axes.loglog(spacing[seen], error[seen], style, color=colour, markersize=5, label=told)
-    if not study.exact:
+    falling = [getattr(row, name) for name in _LINES if math.isfinite(study.order(name)) for row in study.rows]
+    if falling:
+        level = math.exp(np.log([error for error in falling if error > 0]).mean())
         for power in (1, 2):
-            _slope(axes, spacing, power)
+            _slope(axes, spacing, level, power)
     axes.set_xticks(spacing, [f"{value:.3g}" for value in spacing])
     axes.set_xticks([], minor=True)
     axes.set(xlabel="spacing (length)", ylabel="error")
@@ -49,12 +51,10 @@ def study_figure(study: Errors) -> Figure:
     return figure
 
 
-def _slope(axes: Axes, spacing: Vector, power: int) -> None:
-    """Draw a line of an order, by its middle through the middle of the picture, and name it at its coarse end."""
-    low, high = axes.get_ylim()
-    middle = math.sqrt(low * high)
+def _slope(axes: Axes, spacing: Vector, level: float, power: int) -> None:
+    """Draw a line of an order amid the errors that have one, and name it at its coarse end."""
     centre = math.sqrt(spacing.min() * spacing.max())
-    values = middle * (spacing / centre) ** power
+    values = level * (spacing / centre) ** power
     axes.loglog(spacing, values, ":", color=INK, linewidth=0.9)
     axes.annotate(
         f"order {power}",

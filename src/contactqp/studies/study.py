@@ -101,7 +101,9 @@ class Study(Errors):
             for quantity in QUANTITIES
             if math.isfinite(order := self.order(quantity))
         )
-        return f"Study({self.name!r}, {len(self.rows)} spacings, {'orders: ' + told if told else 'exact to rounding'})"
+        orders = f"orders: {told}" if told else "no order"
+        seen = f"exact to rounding at the nodes, {orders}" if self.exact else orders
+        return f"Study({self.name!r}, {len(self.rows)} spacings, {seen})"
 
 
 def study(
@@ -174,7 +176,7 @@ def study(
             solution = solve(known.model, backend, tol=tol, time_limit=time_limit, on_failure=on_failure)
             backends.add(solution.backend)
             rows.append(_row(known, n, solution, time.perf_counter() - started))
-    return Study(name, entry.title, known.source, known.exact, ", ".join(sorted(backends)), tuple(rows))
+    return Study(name, entry.title, known.source, ", ".join(sorted(backends)), tuple(rows))
 
 
 def _sizes_from(nodes: int) -> list[int]:
@@ -195,6 +197,5 @@ def _row(known: Known, n: int, solution: Solution, seconds: float) -> StudyRow:
             area = abs(covered - known.contact_area) / known.contact_area
         if known.distance is not None and len(middles := known.free_boundary(solution.contact)):
             edge = float(known.distance(*middles.T).max())
-    return StudyRow(
-        n, known.size, known.spacing, deflection, reaction, area, edge, bound, solution.status.value, seconds
-    )
+    errors = deflection, reaction, area, edge, bound
+    return StudyRow(n, known.size, known.spacing, *errors, solution.status.value, seconds, known.exact)

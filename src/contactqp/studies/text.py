@@ -6,6 +6,8 @@ import math
 import textwrap
 from typing import TYPE_CHECKING
 
+from .errors import AT_NODES
+
 if TYPE_CHECKING:
     from .errors import Errors
 
@@ -33,14 +35,28 @@ def study_text(study: Errors) -> str:
         cells = "".join(_error(getattr(row, name), _COLUMNS[name][1]) + _order(orders[name][k]) for name in shown)
         status = "" if row.status == "certified" else f" {row.status}"
         lines.append(f"{row.n:>5}{row.spacing:>9.4f}{cells}".rstrip() + status)
-    if study.exact:
-        lines += ["", "The discrete answer is the continuous one: errors are rounding."]
-    else:
-        cells = "".join(" " * _COLUMNS[name][1] + _order(study.order(name)) for name in shown)
+    overall = [study.order(name) for name in shown]
+    if any(map(math.isfinite, overall)):
+        cells = "".join(" " * _COLUMNS[name][1] + _order(order) for name, order in zip(shown, overall, strict=True))
         lines.append(f"{'all':>5}{'':>9}{cells}".rstrip())
-        lines.append("")
+    lines.append("")
+    lines += textwrap.wrap(_exactness(study, shown), _WIDTH)
     told = "; ".join(f"{_COLUMNS[name][0]}: {_LEGEND[name]}" for name in shown)
     return "\n".join(lines + textwrap.wrap(told, _WIDTH))
+
+
+def _exactness(study: Errors, shown: list[str]) -> str:
+    """Return what is exact, and what is not for all that; nothing where nothing is."""
+    exact = [str(row.n) for row in study.rows if row.exact]
+    if not exact:
+        return ""
+    where = "" if study.exact else f" of n = {', '.join(exact)}"
+    at_nodes = " and ".join(_COLUMNS[name][0] for name in shown if name in AT_NODES)
+    told = f"At the nodes{where} the discrete answer is the continuous one: errors of {at_nodes} are rounding."
+    between = " and ".join(_COLUMNS[name][0] for name in shown if name not in AT_NODES)
+    return (
+        f"{told} Where contact ends between two nodes no discrete answer tells; hence {between}." if between else told
+    )
 
 
 def _error(value: float, width: int) -> str:
@@ -48,4 +64,7 @@ def _error(value: float, width: int) -> str:
 
 
 def _order(value: float) -> str:
-    return f"{value:>6.2f}" if math.isfinite(value) else " " * 6
+    """Return an order in six columns, the first of them blank: large ones have fewer decimals."""
+    decimals = 2 if abs(value) < 9.995 else 1 if abs(value) < 99.95 else 0
+    value = round(value, decimals) + 0.0 if math.isfinite(value) else value  # no minus before zero
+    return f"{value:>6.{decimals}f}" if math.isfinite(value) else " " * 6

@@ -1,4 +1,7 @@
-"""Families of problems that the benchmark is made of: each by its name and one number."""
+"""Families of problems, each by its name and one number: what benchmarks, test sets and collections are made of.
+
+Each of these takes some of the families, in sizes of its own.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +13,17 @@ import numpy as np
 
 from ..foundation.checks import Vector
 from ..foundation.loading import load_modules
-from ..gallery import ball, beam_on_floor, bowl, cable_on_floor, paper_hexagon, spiral
 from ..geometry.frame import Frame
 from ..models.base import ContactModel
+from ..models.cable import Cable
 from ..models.membrane import Membrane
 from ..models.plate import Plate
 from ..problem.contact_problem import ContactProblem
 from ..problem.contact_qp import ContactQP
+from .beams import beam_on_floor
+from .cables import cable_between_floor_and_ceiling, cable_on_floor
+from .catalogue import load
+from .membranes import paper_hexagon
 
 Subject = ContactModel | ContactProblem
 
@@ -70,6 +77,11 @@ def _jumps(nodes: int) -> Membrane:
     return Membrane(lattice, tension, load=200.0, support=lambda x, y: 0.05 + 0.2 * ((x - 0.5) ** 2 + (y - 0.5) ** 2))
 
 
+def _channel(nodes: int) -> Cable:
+    """Return a cable in a channel; it has an odd number of nodes, so that one of them is in the middle."""
+    return cable_between_floor_and_ceiling((nodes + 1) // 2, nodes // 5)[0]
+
+
 def _plate_on_bowl(nodes: int) -> Plate:
     """Return a simply supported plate that is pressed into a bowl."""
     lattice = Frame.rectangle(1.0, 1.0, (0.5, 0.5)).lattice(1.0 / (nodes + 1))
@@ -106,17 +118,30 @@ def _dense(size: int) -> ContactQP:
     return ContactQP((matrix + matrix.T) / 2, rng.normal(size=size))
 
 
+def _known(name: str, summary: str) -> Family:
+    """Return the family of an entry of the catalogue."""
+    return Family(name, summary, "nodes along a side", lambda nodes: load(name, nodes).model)
+
+
 FAMILIES: Mapping[str, Family] = MappingProxyType(
     {
         family.name: family
         for family in (
             Family("hexagon", "the paper's membrane on 1857 nodes", "load in hundredths", _hexagon),
-            Family("bowl", "a membrane over a dented bowl", "nodes along a side", bowl),
-            Family("ball", "a membrane over a ball", "nodes along a side", lambda nodes: ball(nodes)[0]),
-            Family("spiral", "a membrane over a spiral ridge", "nodes along a side", spiral),
+            _known("bowl", "a membrane over a dented bowl"),
+            _known("ball", "a membrane over a ball"),
+            _known("spiral", "a membrane over a spiral ridge"),
+            _known("rough-05", "a membrane on rough ground"),
+            _known("constant-obstacle", "a membrane on a plane, lifted outside a disk"),
+            _known("incidence-set", "a membrane over a flat floor"),
+            _known("biactive-half", "a membrane that touches half of a plane without pressing"),
+            _known("OBSTCLAE", "Dembo and Tulowitzki's membrane over one obstacle"),
+            _known("OBSTCLBL", "Dembo and Tulowitzki's membrane between two obstacles"),
             Family("between", "a membrane between floor and ceiling", "nodes along a side", _between),
             Family("jumps", "a membrane whose tension jumps by 1000", "nodes along a side", _jumps),
+            _known("journal-bearing", "the film of oil in a journal bearing"),
             Family("cable", "a cable on a floor", "nodes", lambda nodes: cable_on_floor(nodes, nodes // 3)[0]),
+            Family("channel", "a cable between floor and ceiling", "nodes, odd", _channel),
             Family("beam", "a beam on a floor", "nodes", lambda nodes: beam_on_floor(nodes, nodes // 5)[0]),
             Family("plate", "a plate over a bowl", "nodes along a side", _plate_on_bowl),
             Family("scattered", "springs between scattered points", "unknowns", _scattered),
@@ -124,3 +149,4 @@ FAMILIES: Mapping[str, Family] = MappingProxyType(
         )
     }
 )
+"""By name."""
