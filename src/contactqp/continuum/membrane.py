@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from .contact import ContactBounds, contact_bounds
 from .data import Data
 from .pointwise import pointwise_bounds
 from .posed import Posed, posed_of
+from .reaction import reaction_bracket
 from .splines import excess_on_cells
 
 _ROUNDINGS = 16 * UNIT_ROUNDOFF
@@ -104,6 +105,9 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
     )
     in_cells = np.maximum(in_cells[0], 0.0), in_cells[1]
     contact = contact_bounds(problem.cells, problem.tension, in_cells, posed.load)
+    borne = reaction_bracket(problem, bounds, contact.clear, posed.deflection_moves)
+    reaction = Bracket(max(borne.lower, contact.reaction.lower), min(borne.upper, contact.reaction.upper))
+    contact = replace(contact, reaction=reaction)
     nodes = data.plan.nodes
     error = np.fmax(most_depth - depths, depths - least_depth)
     upwards = data.model.upwards
