@@ -130,7 +130,7 @@ def solve(
     """
     if processes_started() > 1:
         if continuum_tol is not None:
-            raise ValueError("--continuum-tol is for one process; start it without mpiexec")
+            raise ValueError("--continuum-tol refines in one process only; start without mpiexec, or leave it out")
         raise typer.Exit(solve_together(case, backend, tolerance(tol), time_limit, out, plot))
     from ..io.writers import WRITERS, require_suitable, write_solution
 

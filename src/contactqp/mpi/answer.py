@@ -151,7 +151,7 @@ class AnswerByRows:
 
     @property
     def contact_state(self) -> NDArray[np.float64]:
-        """What is proven of each node of the own rows, see `contactqp.models.records.NodeState`."""
+        """What is proven of each node of the own rows: 1 in contact, 2 with the ceiling, 0 clear, -1 undecided."""
         return self.on_rows(states_of(self.certificate).astype(np.float64))
 
     @property
