@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 EXACT, SAMPLED = "exact", "sampled data"
+
+
+class NodalBounds(NamedTuple):
+    """Bounds of a continuous deflection at the nodes.
+
+    Attributes
+    ----------
+    lower, upper : array, shape (n,)
+        Positive as the model's heights (length).
+    error_bound : float
+        No less than the distance of the answer's deflections from it (length).
+    """
+
+    lower: Vector
+    upper: Vector
+    error_bound: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +67,8 @@ class Continuum:
         length); v is the interpolant, lowered where it would cross a curved support between the nodes.
     pointwise : MembraneBounds or None
         With ``effort="pointwise"``: bounds of the membrane at every point, and of where it touches.
+    at_nodes : NodalBounds or None
+        Of a cable of one tension, without foundation and ceiling: bounds of its deflection at the nodes.
 
     Examples
     --------
@@ -58,7 +76,7 @@ class Continuum:
     >>> lattice = cq.Frame.rectangle(1, 1).lattice(spacing=1 / 32)
     >>> found = cq.solve(cq.Membrane(lattice, tension=1.0, load=1.0, support=0.03), tol=1e-9).continuum("energy")
     >>> print(found)
-    Continuum(energy): proven of the membrane itself
+    Continuum(energy): proven of the continuum itself
       data               exact
       potential energy   -0.01358923 to -0.01355716 (force times length)
       energy-norm error  <= 0.0081, 7 % of the norm
@@ -73,6 +91,7 @@ class Continuum:
     contact_error: float
     sampled: tuple[str, ...] = ()
     pointwise: MembraneBounds | None = None
+    at_nodes: NodalBounds | None = None
 
     @property
     def proven(self) -> bool:
@@ -86,18 +105,18 @@ class Continuum:
 
     @property
     def lower(self) -> Vector:
-        """Lower bounds of the membrane's deflection at the nodes (length), shape (n,); needs effort="pointwise"."""
-        return self._at_points("lower").lower
+        """Lower bounds of the deflection at the nodes (length), shape (n,), by effort="pointwise"."""
+        return self._at_nodes("lower").lower
 
     @property
     def upper(self) -> Vector:
-        """Upper bounds of the membrane's deflection at the nodes (length), shape (n,); needs effort="pointwise"."""
-        return self._at_points("upper").upper
+        """Upper bounds of the deflection at the nodes (length), shape (n,), by effort="pointwise"."""
+        return self._at_nodes("upper").upper
 
     @property
     def error_bound(self) -> float:
-        """Bound of the answer's distance from the membrane at the nodes (length); needs effort="pointwise"."""
-        return self._at_points("error_bound").error_bound
+        """Bound of the answer's distance from the membrane at the nodes (length), with effort="pointwise"."""
+        return self._at_nodes("error_bound").error_bound
 
     @property
     def contact(self) -> ContactBounds:
@@ -167,6 +186,9 @@ class Continuum:
         places = {"x": found.lattice.x, "y": found.lattice.y, **squares}
         return xr.Dataset(fields | {"contact_state": (in_squares, state)}, places, attributes)
 
+    def _at_nodes(self, name: str) -> MembraneBounds | NodalBounds:
+        return self._at_points(name) if self.at_nodes is None else self.at_nodes
+
     def _at_points(self, name: str) -> MembraneBounds:
         if self.pointwise is None:
             raise AttributeError(f"{name} needs solution.continuum(effort='pointwise'), this is {self.effort!r}")
@@ -178,6 +200,8 @@ class Continuum:
         yield "potential energy", f"{lower!r} to {upper!r} (force times length)"
         share = f", {at_most(100 * self.relative_energy_error)} % of the norm" if self.energy_norm else ""
         yield "energy-norm error", f"<= {at_most(self.energy_error)}{share}"
+        if self.at_nodes is not None:
+            yield "error at nodes", f"<= {at_most(self.at_nodes.error_bound)} (length)"
         yield "contact error", f"<= {at_most(self.contact_error)} (force times length)"
         if self.pointwise is not None:
             yield from self._facts_at_points(self.pointwise)
@@ -197,7 +221,7 @@ class Continuum:
             yield "free boundary", f"within {at_most(contact.free_boundary_width)} (length) of the undecided squares"
 
     def __str__(self) -> str:
-        words = "proven of the membrane itself" if self.proven else "computed of the membrane, not proven"
+        words = "proven of the continuum itself" if self.proven else "computed of the continuum, not proven"
         rows = [f"Continuum({self.effort}): {words}"]
         rows += [folded(f"  {name:<19}{told}", 80, 21) for name, told in self._facts()]
         if not self.proven:
