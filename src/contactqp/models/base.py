@@ -183,6 +183,8 @@ class ContactModel(ABC):
     """The lattice that the nodes are those of, if there is one."""
     _relative: ContactQP | None = None
     """A problem of other forces that this one can share all else with."""
+    _shared_pull: Vector | None = None
+    """What `_pull_of_reference` returns, kept where models of other loads have the same."""
     _alike: ContactQP | None = None
     """A problem of the same stiffness, of which the facts can be shared."""
 
@@ -562,7 +564,9 @@ class ContactModel(ABC):
     def supported(self) -> Mask:
         """Where there is a support that is not `unreachable`, shape (n,)."""
         there = np.isfinite(self.depth)
-        return read_only(there & ~self.unreachable if self.unreachable.any() else there)
+        if there.all() and not self.unreachable.any():
+            return np.broadcast_to(np.True_, (self.size,))
+        return read_only(there & ~self.unreachable)
 
     @cached_property
     def unreachable(self) -> Mask:
@@ -655,7 +659,7 @@ class ContactModel(ABC):
 
         G holds the foundation as well.
         """
-        q = self.nodal_load - self._pull_of_support
+        q = self.nodal_load - self._pull_of_reference()
         reference = self.reference - self._datum if self._datum else self.reference
         if self._relative is not None:
             return self._relative.with_forces(q, gap_scale=self._gap_scale, reference=reference)
@@ -672,10 +676,9 @@ class ContactModel(ABC):
             problem.share_facts(self._alike)
         return problem
 
-    @cached_property
-    def _pull_of_support(self) -> Vector:
-        """Force with which the arms resist the shape of the reference (force), shape (n,)."""
-        return self.pull(self.reference)
+    def _pull_of_reference(self) -> Vector:
+        """Return the force with which the arms resist the shape of the reference (force), shape (n,)."""
+        return self.pull(self.reference) if self._shared_pull is None else self._shared_pull
 
     def _gap_scale(self, barrier: Barrier | None) -> float | None:
         """Return the length by which tolerances are measured, or None if the model has no length of its own.
@@ -706,10 +709,10 @@ class ContactModel(ABC):
         down = mean * v
         down /= v.mean()
         least_down = _LEAST_DEPTH * float(down.mean())
-        depth = self.depth - self._datum
+        depth = self.depth - self._datum if self._datum else self.depth
         summit = max(0.0, -float(depth.min()))
         down += self._frame_relief()
-        reachable = float(np.minimum(np.maximum(depth, 0.0, out=depth), down, out=down).mean())
+        reachable = float(np.minimum(np.maximum(depth, 0.0), down, out=down).mean())
         if self.ceiling_depth is not None and self.under_ceiling.any():
             up = suction * v / v.mean()
             least_down = max(least_down, _LEAST_DEPTH * float(up.mean()))
