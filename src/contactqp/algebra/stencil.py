@@ -203,13 +203,20 @@ class Stencil(LatticeStiffness):
         -------
         array, shape (size,)
         """
-        west, east, south, north = self.weights()
-        own = height[1:-1, 1:-1]
-        force = west * (own - height[1:-1, :-2]) + east * (own - height[1:-1, 2:])
-        force = force + (south * (own - height[:-2, 1:-1]) + north * (own - height[2:, 1:-1]))
-        if self.grounded:
-            force = force + self.ground * own
-        return self.numbering.to_vector(force)
+        rows, columns = self.mask.shape
+        arms = [np.broadcast_to(arm, self.mask.shape) for arm in (*self.weights(), self.ground)]
+        pull = np.empty((rows, columns))
+        step = max(1, _POINTS_AT_ONCE // columns)
+        for first in range(0, rows, step):
+            west, east, south, north, ground = (arm[first : first + step] for arm in arms)
+            near = height[first : first + step + 2]
+            own = near[1:-1, 1:-1]
+            force = west * (own - near[1:-1, :-2]) + east * (own - near[1:-1, 2:])
+            force += south * (own - near[:-2, 1:-1]) + north * (own - near[2:, 1:-1])
+            if self.grounded:
+                force += ground * own
+            pull[first : first + step] = force
+        return self.numbering.to_vector(pull)
 
     def pull_and_magnitude(self, height: _Grid) -> tuple[Vector, Vector]:
         """Return the force of `pull`, and the same sum with the moduli of the differences; shapes (..., size)."""

@@ -120,8 +120,9 @@ def positive_vector(value: object, size: int, name: str) -> Vector:
 
 def refuse_non_finite(array: NDArray[np.float64], name: str, *, what: str = "entry") -> None:
     """Raise a ValueError that shows the first entry of ``array`` that is nan or infinite."""
-    bad = np.flatnonzero(~np.isfinite(array))
-    if bad.size:
+    finite = np.isfinite(array)
+    if not finite.all():
+        bad = np.flatnonzero(~finite)
         others = f" ({bad.size} such entries)" if bad.size > 1 else ""
         raise ValueError(f"{name} must be finite, but {what} {bad[0]} is {array.flat[bad[0]]}{others}")
 
