@@ -136,12 +136,12 @@ def certified(effort: str) -> Callable[[Costly], str]:
     return run
 
 
-def memory(case: Costly, effort: str | None) -> dict[str, float]:
-    """Return what a call holds at most, numpy's arrays included, over a vector of the lattice's size."""
-    if effort is None:
+def memory(case: Costly, result: object) -> dict[str, float]:
+    """Return what a certificate holds at most, numpy's arrays included, over a vector of the lattice's size."""
+    if result not in EFFORTS:
         return {}
     tracemalloc.start()
-    cq.certify(case.problem, case.gap, effort=effort)
+    cq.certify(case.problem, case.gap, effort=str(result))
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     return {"vectors": peak / case.gap.nbytes}

@@ -12,7 +12,7 @@ from test_readme import ROOT
 
 import contactqp as cq
 from contactqp import benchmark
-from contactqp.backends import get_backend
+from contactqp.backends import BY_NAME, get_backend
 from contactqp.backends.solvers import SOLVERS
 
 DOCS = Path(ROOT) / "docs"
@@ -61,7 +61,7 @@ def test_the_reference_has_every_public_name_once():
     assert sorted(own) == sorted(set(cq.__all__) - set(MODULES))
 
 
-MODULES = ["benchmark", "gallery", "profiles", "testing", "jax", "torch", "paper"]
+MODULES = ["benchmark", "gallery", "mpi", "profiles", "testing", "jax", "torch", "paper"]
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -119,7 +119,7 @@ def test_the_tests_that_it_shows_run_once_with_each_backend_and_fail_as_it_says(
 
 
 def test_every_backend_is_in_the_table_with_its_reachable_tolerance():
-    for name in BACKENDS:
+    for name in (*BACKENDS, *BY_NAME):
         row = next(line for line in BACKENDS_PAGE.splitlines() if line.startswith(f"| `{name}` |"))
         exponent = f"{get_backend(name).reachable_tol:.0e}".replace("e-0", "e-")
         assert f"| {exponent} |" in row

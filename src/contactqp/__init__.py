@@ -31,6 +31,8 @@ from .algebra.stencil import Stencil
 from .backends import backend_names
 from .comparison.compare import compare
 from .comparison.comparison import Comparison
+from .continuum.estimate import DiscretisationEstimate
+from .continuum.result import Continuum
 from .errors import (
     CaseFileError,
     ContactWarning,
@@ -40,8 +42,10 @@ from .errors import (
     UnsuitableProblemError,
 )
 from .explorer.page import explore
+from .geometry.between import between
 from .geometry.frame import Frame
 from .geometry.lattice import Lattice
+from .geometry.smooth import Smooth
 from .io.read_fields import read_field, read_mask
 from .io.surfaces import read_surface
 from .models.beam import Beam
@@ -65,6 +69,8 @@ from .proof.energy import complementary_energy, energy_bracket, feasible, potent
 from .proof.residuals import Residuals
 from .proof.status import Status
 from .refinement.refine import Refinement, refine
+from .refinement.solve_to import SolvedTo, solve_to
+from .solving.family import Family, solve_between
 from .solving.loaded import load_solution
 from .solving.many import solve_many
 from .solving.solution import Solution
@@ -82,7 +88,10 @@ __all__ = [
     "ContactLCP",
     "ContactQP",
     "ContactWarning",
+    "Continuum",
+    "DiscretisationEstimate",
     "Events",
+    "Family",
     "Frame",
     "Lattice",
     "LoadPath",
@@ -93,7 +102,9 @@ __all__ = [
     "Plate",
     "Refinement",
     "Residuals",
+    "Smooth",
     "Solution",
+    "SolvedTo",
     "Solver",
     "Status",
     "Stencil",
@@ -103,6 +114,7 @@ __all__ = [
     "UnknownBackendError",
     "UnsuitableProblemError",
     "backend_names",
+    "between",
     "certify",
     "compare",
     "complementary_energy",
@@ -121,12 +133,14 @@ __all__ = [
     "read_surface",
     "refine",
     "solve",
+    "solve_between",
     "solve_many",
+    "solve_to",
     "study",
     "trace",
 ]
 
-_MODULES = ("benchmark", "testing", "xarray")
+_MODULES = ("benchmark", "mpi", "testing", "xarray")
 _PUBLIC = sorted([*__all__, *_MODULES, "__version__", "__doc__", "__all__", "__file__", "__name__", "__path__"])
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from contactqp.backends import TABLE
+from contactqp.backends import BY_NAME, TABLE
 
 MOST = 60
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
@@ -18,7 +18,7 @@ OWN = {
     "contactqp.backends.active_set",
     "contactqp.backends.mprgp",
 }
-LIBRARIES = sorted({place.split(":")[0] for place in TABLE.values()} - OWN)
+LIBRARIES = sorted({place.split(":")[0] for place in (*TABLE.values(), *BY_NAME.values())} - OWN)
 
 
 def code_lines(source):

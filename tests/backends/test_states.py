@@ -290,7 +290,7 @@ def test_options_are_read_from_prepare(name):
 def test_active_sets_go_on_with_the_forces_that_multigrid_was_given(monkeypatch):
     from contactqp.backends import multigrid
 
-    monkeypatch.setattr(multigrid._Log, "outcome", lambda *_: (Stop.FAILED, "stalled"))
+    monkeypatch.setattr(multigrid.CycleLog, "outcome", lambda *_: (Stop.FAILED, "stalled"))
     problem, other = (cq.gallery.paper_hexagon(load).problem for load in (0.02, 0.03))
     scaled, _ = problem.scaled()
     task = Task(1e-9, None, None, None, lambda gap: 0.0)

@@ -498,3 +498,35 @@ def test_an_answer_of_another_size_is_told_by_what_is_wanted(tmp_path):
         )
     result = run("certify", HEXAGON, tmp_path / "a.npy")
     assert "1857 nodes: hand over a number for each, in their order, or an array of shape (49, 65)" in result.stderr
+
+
+def test_the_length_in_contact_is_told_as_what_its_nodes_stand_for():
+    lines = run("solve", CABLE).stdout.splitlines()
+    assert "  contact     41 (length that its nodes stand for)" in lines
+
+
+# The membrane itself.
+
+BOWL = """
+spacing = 0.0625
+tension = 1.0
+load = 1.0
+support = {profile = "plane", depth = 0.03}
+frame = {shape = "rectangle", width = 1.0, height = 1.0}
+"""
+
+
+def test_solve_refines_until_the_membrane_is_enclosed(tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text(BOWL, encoding="utf-8")
+    result = run("solve", case, "--continuum-tol", 0.05)
+    assert result.exit_code == 0
+    assert "SolvedTo(2 solved, spacing 0.0625 to 0.03125" in result.output
+    assert "Continuum(pointwise): proven of the membrane itself" in result.output
+    assert "certified" in result.output
+
+
+def test_a_frame_beside_the_lattice_cannot_be_enclosed():
+    result = run("solve", DOME, "--continuum-tol", 0.05)
+    assert result.exit_code == 2
+    assert "--continuum-tol" in result.output

@@ -125,6 +125,11 @@ class Stencil(LatticeStiffness):
         return Stencil._of(self.numbering, self.horizontal, self.vertical, ground)
 
     @classmethod
+    def on(cls, numbering: Numbering, horizontal: float, vertical: float) -> Stencil:
+        """Return the stencil of nodes that are numbered already, whose arms are equal in each direction, > 0."""
+        return cls._of(numbering, *(np.asarray(arms, dtype=np.float64) for arms in (horizontal, vertical, 0.0)))
+
+    @classmethod
     def _of(cls, numbering: Numbering, horizontal: _Grid, vertical: _Grid, ground: _Grid) -> Stencil:
         """Return the stencil of nodes that are numbered already, with arms that reach the frame."""
         stencil = cls.__new__(cls)

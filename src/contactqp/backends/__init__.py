@@ -36,11 +36,19 @@ TABLE = {
 """Name of a backend to the module and class that realise it. A name that ends with a colon stands for a family: its
 class is called with what follows the colon, and the instance is the backend (`contactqp.backends.families`)."""
 
+BY_NAME = {"petsc": "contactqp.backends.petsc:Petsc"}
+"""Backends that are asked where they are named, or all are, and by no default: their programs are installed by other
+means than this package's own, and have to be started."""
+
 ENTRY_POINT_GROUP = "contactqp.backends"
+
+_PLACES = TABLE | BY_NAME
 
 
 def backend_names() -> list[str]:
-    """Return the names of all backends but those of families, those of other distributions last.
+    """Return the names of all backends that are asked by default, those of other distributions last.
+
+    Others are asked where they are named, see `names_besides`.
 
     Examples
     --------
@@ -62,20 +70,31 @@ def family_names() -> list[str]:
     return [key + solver for key in _families() for solver in _realised(TABLE[key]).names()]
 
 
+def names_besides() -> list[str]:
+    """Return the names of all backends that are asked only where they are named, or all are, installed or not.
+
+    Examples
+    --------
+    >>> names_besides()[:2]
+    ['petsc', 'qpsolvers:piqp']
+    """
+    return [*BY_NAME, *family_names()]
+
+
 def kind_of(name: str) -> str:
     """Return what kind of backend a name stands for: own, library, a family's, or a plug-in.
 
     Examples
     --------
-    >>> kind_of("psor"), kind_of("osqp"), kind_of("qpsolvers:piqp")
+    >>> kind_of("psor"), kind_of("petsc"), kind_of("qpsolvers:piqp")
     ('own', 'library', 'qpsolvers family')
     """
     family = _family_of(name)
     if family is not None:
         return f"{family.removesuffix(':')} family"
-    if name not in TABLE:
+    if name not in _PLACES:
         return "plug-in"
-    return "library" if _realised(TABLE[name]).has_own_defaults else "own"
+    return "library" if _realised(_PLACES[name]).has_own_defaults else "own"
 
 
 def get_backend(backend: str | Backend) -> Backend:
@@ -99,8 +118,8 @@ def get_backend(backend: str | Backend) -> Backend:
         return backend
     if not isinstance(backend, str):
         raise TypeError(f"backend must be a name or a Backend, got {backend!r}")
-    if backend in _own_names():
-        own: Backend = _realised(TABLE[backend])()
+    if backend in (*_own_names(), *BY_NAME):
+        own: Backend = _realised(_PLACES[backend])()
         return own
     family = _family_of(backend)
     if family is not None:
@@ -114,7 +133,7 @@ def get_backend(backend: str | Backend) -> Backend:
     if backend in _outsiders():
         return _loaded(backend, _outsiders()[backend])
     if family is None:
-        known = ["auto", *backend_names()]
+        known = ["auto", *backend_names(), *BY_NAME]
         members = [key + solver for key in _families() for solver in _realised(TABLE[key]).listed()]
         same = next((member for member in members if member.endswith(f":{backend}")), None)
         meant = f"; did you mean {same!r}?" if same else nearest(backend, [*known, *members])
@@ -189,7 +208,7 @@ def all_backends(problem: ContactProblem) -> tuple[list[str], dict[str, str]]:
     """
     named: list[str] = []
     left_out: dict[str, str] = {}
-    for name in [*backend_names(), *family_names()]:
+    for name in [*backend_names(), *names_besides()]:
         obstacle = _obstacle(name, problem)
         if obstacle is None:
             named.append(name)
@@ -312,8 +331,8 @@ def _outsiders() -> dict[str, metadata.EntryPoint]:
 
     found: dict[str, metadata.EntryPoint] = {}
     for entry in metadata.entry_points(group=ENTRY_POINT_GROUP):
-        if entry.name in TABLE or entry.name in found:
-            taken = TABLE.get(entry.name) or found[entry.name].value
+        if entry.name in _PLACES or entry.name in found:
+            taken = _PLACES.get(entry.name) or found[entry.name].value
             if taken != entry.value:
                 message = f"two backends are called {entry.name!r}: {taken} is taken, {entry.value} is not"
                 warnings.warn(message, ContactWarning, stacklevel=3)

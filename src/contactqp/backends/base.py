@@ -349,6 +349,8 @@ class Backend(ABC):
         Distribution on PyPI that it needs; its version is shown.
     also_needs : collection of str
         Further distributions without which it cannot be called.
+    install : str
+        What to type where it is missing; "" for ``pip install`` of what is.
     licence : str
         That of the method's program, by its SPDX identifier; "" if it is not told.
     iteration_unit : str
@@ -374,6 +376,7 @@ class Backend(ABC):
     summary: ClassVar[str]
     package: ClassVar[str]
     also_needs: ClassVar[Collection[str]] = ()
+    install: ClassVar[str] = ""
     licence: ClassVar[str] = ""
     iteration_unit: ClassVar[str] = "iteration"
     needs: ClassVar[Collection[Need]] = ()
@@ -432,6 +435,10 @@ class Backend(ABC):
         others = [package for package in self.also_needs if _version(package) is None]
         return others if self.version() is not None else [*others, self.package]
 
+    def to_install(self) -> str:
+        """Return what to type where something that it needs is missing."""
+        return self.install or f"pip install {' '.join(self.missing())}"
+
     def require(self) -> None:
         """Raise a MissingBackendError if a distribution that it needs is not installed."""
         missing = self.missing()
@@ -440,7 +447,7 @@ class Backend(ABC):
             raise MissingBackendError(
                 f"backend {self.name!r} needs the package{'s' if several else ''} "
                 f"{' and '.join(map(repr, missing))}, which {'are' if several else 'is'} not installed; "
-                f"type: pip install {' '.join(missing)}"
+                f"type: {self.to_install()}"
             )
 
     def check_options(self, options: Mapping[str, Any]) -> None:

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..problem.contact_problem import ContactProblem
 from .base import Task
-from .families import Found, Member, MemberState, Program, Question, Settings
-from .option_checks import Positive
+from .families import Found, Member, MemberState, Program, Question
+from .option_checks import Positive, Settings
 from .solvers import solvers_through
 
 

@@ -7,39 +7,25 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module, metadata
-from typing import Annotated, Any, ClassVar, TypeAlias
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..errors import MissingBackendError
 from ..foundation.checks import Vector
-from ..foundation.interrupts import OutOfTime
 from ..foundation.loading import loaded
 from ..foundation.quiet import output_discarded, warnings_ignored
 from ..problem.contact_problem import ContactProblem
-from .base import Answer, Backend, Need, Stop, Task
+from .base import Backend, Need, Stop, Task
 from .library import Ask, Outcome, Plan, Reply, Vectors
-from .option_checks import Check
+from .placed_state import TIME, PlacedState
 from .processes import Elsewhere, Here, LostProcessError, Placed, can_be_sent
 from .rows import StateInRows
 from .setting_names import check_setting_names
 from .solvers import facts_of, solvers_through
 
-_SOLVED, _BEST, _NOTHING, _ITERATIONS, _TIME = "solved", "best", "nothing", "iteration limit", "time limit"
-_ENDED = "ended at the time limit"
+_SOLVED, _BEST, _NOTHING, _ITERATIONS = "solved", "best", "nothing", "iteration limit"
 _MANY_ROUNDS = 20
-
-_GRACE = 0.2
-"""Seconds after the time limit for solvers that watch the clock themselves; then their process is ended."""
-
-
-def _named_settings(value: Any, name: str) -> None:
-    """Raise a TypeError unless a value maps names to settings."""
-    if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
-        raise TypeError(f"{name} must map names of the solver's own settings to values, got {value!r}")
-
-
-Settings: TypeAlias = Annotated[Mapping[str, Any], Check(_named_settings)]
 
 
 class Member(Backend):
@@ -214,7 +200,7 @@ class Program(ABC):
         """Call the package once."""
 
 
-class MemberState(StateInRows):
+class MemberState(PlacedState, StateInRows):
     """A problem in a package that calls solvers by name.
 
     A solver whose call may take longer than a second is called in a process of its own, which Ctrl-C and the time limit
@@ -229,13 +215,12 @@ class MemberState(StateInRows):
     """
 
     outcomes: ClassVar[Mapping[Any, Outcome]] = {
+        **PlacedState.outcomes,
         _SOLVED: Outcome(Stop.DONE, claims=True),
         # A tolerance that is too tight for the solver takes nothing away from the answers before.
         _BEST: Outcome(Stop.DONE),
         _NOTHING: Outcome(Stop.DONE),
         _ITERATIONS: Outcome(Stop.ITERATION_LIMIT),
-        _TIME: Outcome(Stop.TIME_LIMIT),
-        _ENDED: Outcome(Stop.TIME_LIMIT, keeps=False),
     }
 
     def __init__(
@@ -266,10 +251,6 @@ class MemberState(StateInRows):
             return Plan(self.eps or np.inf, most, f"{self.member.solver} as {self.member.family} calls it by default")
         return Plan(self.eps or max(task.tol**self.facts.order, self.facts.tightest), most)
 
-    def vectors(self, ask: Ask) -> Vectors:
-        """See `LibraryState.vectors`; they are handed over at each call."""
-        return {}
-
     def set_up(self, ask: Ask, vectors: Vectors) -> Placed:
         """See `LibraryState.set_up`."""
         program = self.program, self.member.solver, self.problem.G, ask.form.matrix, ask.form.equations
@@ -280,39 +261,20 @@ class MemberState(StateInRows):
                 pass
         return Here(*program)
 
-    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
-        """See `State.solve`; a process outlives it only where there may be another load."""
-        answer = super().solve(q, task, problem)
-        if not task.keeps:
-            for workspace in self.dropped():
-                workspace.end()
-        return answer
-
-    def call(self, workspace: Placed, ask: Ask) -> Reply:
-        """See `LibraryState.call`.
-
-        Some solvers catch Ctrl-C while they work, so that nobody else gets to know of it but by their words.
-        """
+    def question(self, ask: Ask) -> tuple[Any, ...]:
+        """See `PlacedState.question`."""
         problem, form, task = ask.problem, ask.form, ask.task
         start = problem.project(task.warm_start) if self.facts.warm and task.warm_start is not None else None
         lower, upper = form.box(problem)
-        question = Question(np.array(problem.q), form.limits(problem), lower, upper, start)
-        seconds = None if task.time_limit is None else ask.seconds + _GRACE
-        try:
-            found: Found = workspace.call("solve", question, self._told(ask), seconds=seconds)
-        except OutOfTime:
-            return Reply(_ENDED, None, 0, _ENDED)
-        except LostProcessError as error:
-            return Reply(str(error), None, 0, str(error))
-        except BaseException:
-            workspace.end()
-            raise
+        return Question(np.array(problem.q), form.limits(problem), lower, upper, start), self._told(ask)
+
+    def reply(self, ask: Ask, found: Found) -> Reply:
+        """See `PlacedState.reply`.
+
+        Some solvers catch Ctrl-C while they work, so that nobody else gets to know of it but by their words.
+        """
         if "interrupt" in found.word.lower():
             raise KeyboardInterrupt
-        return self._reply(ask, found)
-
-    def _reply(self, ask: Ask, found: Found) -> Reply:
-        """Return what the package has found, as a gap."""
         done = int(found.iterations or 0) if self.through.counted else 1
         gap = found.gap
         if gap is not None and ask.form.equations:
@@ -323,7 +285,7 @@ class MemberState(StateInRows):
         elif found.solved:
             status = _SOLVED
         elif ask.task.seconds_left <= 0:
-            status = _TIME
+            status = TIME
         elif self.through.counted and done >= ask.iterations:
             status = _ITERATIONS
         else:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -18,7 +18,7 @@ from ..foundation.loading import loaded, working_seconds
 from ..problem.contact_problem import ContactProblem
 from .base import Answer, State, Stop, Task, as_it_is_now
 from .option_checks import check_values
-from .tightening import Round, tightened
+from .tightening import Round, one_after_the_other, tightened
 
 Vectors: TypeAlias = dict[str, Vector]
 Workspace: TypeAlias = Any
@@ -125,6 +125,8 @@ class Reply:
         Name of the last step, if it was taken and succeeded.
     reaction : array, shape (n,), or None
         The dimensionless reaction, where the library's last step asks for a bound that presses.
+    history : mapping of str to vector
+        What was recorded in this call, on request.
     """
 
     status: Hashable
@@ -133,6 +135,7 @@ class Reply:
     words: str = ""
     finished: str = ""
     reaction: Vector | None = None
+    history: Mapping[str, Vector] = field(default_factory=dict)
 
 
 class LibraryState(State):
@@ -312,9 +315,8 @@ class _Rounds:
         slot, setup_seconds = self._begin(setting) if begins else (self._kept[weight], 0.0)
         if task.seconds_left <= 0:
             return Round(None, Stop.TIME_LIMIT, "time limit during set-up", 0, setup_seconds)
-        if begins and slot.resumes:
-            return self._call_twice(slot, setting, left)
-        found = self._call(slot, setting, left)
+        called = self._call_twice if begins and slot.resumes else self._call
+        found = called(slot, setting, left)
         failed = found.stop is Stop.FAILED and not self._ask.task.abandoned.is_set()
         if failed and begins and slot is before and self._state.starts_again:
             del self._kept[weight]
@@ -356,7 +358,8 @@ class _Rounds:
         if rough.stop is not Stop.DONE or rough.iterations >= left:
             return rough
         fine = self._call(slot, setting, left - rough.iterations)
-        return replace(fine, iterations=rough.iterations + fine.iterations)
+        history = one_after_the_other([rough.history, fine.history])
+        return replace(fine, iterations=rough.iterations + fine.iterations, history=history)
 
     def _call(self, slot: _Kept, setting: Setting, left: int) -> Round:
         """Call the library from where the call before has ended, and see whether it is to finish in the next."""
@@ -379,6 +382,7 @@ class _Rounds:
             iterations=reply.iterations,
             claims=outcome.claims,
             finish=finished,
+            history=reply.history,
         )
 
 

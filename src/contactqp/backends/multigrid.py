@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..methods.multigrid.contact import ContactMultigrid
     from ..methods.multigrid.nested import Nest
 
-_MAX_CYCLES = 200
+MAX_CYCLES = 200
 _PATIENCE = 5
 """Cycles without gain, at the level of rounding errors, after which the method gives up."""
 
@@ -95,8 +95,8 @@ class _Prepared(State):
         """See `State.solve_problem`."""
         started = working_seconds()
         arms = self._arms
-        budget = _MAX_CYCLES if task.max_iter is None else task.max_iter
-        log = _Log(arms.reach)
+        budget = MAX_CYCLES if task.max_iter is None else task.max_iter
+        log = CycleLog(arms.reach)
         outcome: tuple[Stop, str] | None = None
         with Team(self._threads) as team:
             solver = self._started(problem, task, team)
@@ -179,8 +179,31 @@ def _handed_over(answer: Answer, problem: ContactProblem, task: Task, budget: in
     )
 
 
-class _Log:
-    """The estimated bounds of the cycles so far, when to stop, and what is recorded on request."""
+class Asked(Protocol):
+    """What a `CycleLog` asks of a `Task`."""
+
+    @property
+    def tol(self) -> float: ...  # noqa: D102
+    @property
+    def seconds_left(self) -> float: ...  # noqa: D102
+    def bound(self, gap: Vector) -> float: ...  # noqa: D102
+
+
+class CycleLog:
+    """The estimated bounds of the cycles so far, when to stop, and what is recorded on request.
+
+    Parameters
+    ----------
+    reach : float
+        Of the lattice, see `contactqp.methods.multigrid.arms.Arms`.
+
+    Attributes
+    ----------
+    bounds : list of float
+        Estimated by the forces out of balance, relative to the dimensionless unit of length.
+    judged : array, shape (n,), or None
+        The gap that the judge was asked about after the last cycle.
+    """
 
     _columns = ("bound", "contraction", "changes", "cut", "damping", "energy", "work")
 
@@ -205,7 +228,7 @@ class _Log:
         """Take note of the force that a cycle's sweeps left out of balance."""
         self.bounds.append(estimate * self._reach)
 
-    def outcome(self, solver: ContactMultigrid, task: Task, budget: int) -> tuple[Stop, str] | None:
+    def outcome(self, solver: ContactMultigrid, task: Asked, budget: int) -> tuple[Stop, str] | None:
         """Return why to stop, None to go on, and FAILED where another method has to go on."""
         self.judged = None
         if self.bounds[-1] <= task.tol:
@@ -233,7 +256,7 @@ class _Log:
         return None
 
     def _hand_over(self, solver: ContactMultigrid, useful: bool, why: str) -> tuple[Stop, str]:
-        affordable = solver.lattice.layout.size <= _WORTH_ASSEMBLING
+        affordable = solver.lattice.size <= _WORTH_ASSEMBLING
         return (Stop.FAILED if useful and affordable else Stop.DONE), why
 
     def record(self, solver: ContactMultigrid) -> None:

@@ -33,6 +33,29 @@ _PLAIN: Mapping[Any, Callable[[Any, str], object]] = {
 Positive: TypeAlias = Annotated[float, Check(positive_number)]
 
 
+def _named_settings(value: Any, name: str) -> None:
+    """Raise a TypeError unless a value maps names to settings."""
+    if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
+        raise TypeError(f"{name} must map names of the solver's own settings to values, got {value!r}")
+
+
+def _plain_settings(value: Any, name: str) -> None:
+    """Raise an error unless a value maps names without a dash to texts and numbers, or to None."""
+    _named_settings(value, name)
+    for key, setting in value.items():
+        if not key or key.startswith("-"):
+            raise ValueError(f"{name} must have names without a dash, got {key!r}")
+        if not isinstance(setting, (str, bool, int, float, NoneType)):
+            raise TypeError(f"{name} must have texts, numbers or None as values, but {key!r} is {setting!r}")
+
+
+Settings: TypeAlias = Annotated[Mapping[str, Any], Check(_named_settings)]
+"""Settings of a solver, by its own names."""
+
+PlainSettings: TypeAlias = Annotated[Mapping[str, str | float | None], Check(_plain_settings)]
+"""Settings that can be written as words: an option's name, and its value, or None where it has none."""
+
+
 def between(low: float, high: float) -> Check:
     """Return the check of a number strictly between two others."""
     return Check(lambda value, name: open_interval(value, low, high, name))

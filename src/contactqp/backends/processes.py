@@ -86,6 +86,25 @@ class Here:
         """See `Placed.end`: there is nothing to end."""
 
 
+class Lost:
+    """An object that could not be made: each call tells why.
+
+    Parameters
+    ----------
+    error : LostProcessError
+    """
+
+    def __init__(self, error: LostProcessError) -> None:
+        self._error = error
+
+    def call(self, method: str, *given: Any, seconds: float | None = None) -> Any:
+        """See `Placed.call`."""
+        raise self._error
+
+    def end(self) -> None:
+        """See `Placed.end`: there is nothing to end."""
+
+
 class Elsewhere:
     """An object in a process of its own, which ends with this one, after Ctrl-C, or when its time is over.
 
@@ -133,7 +152,7 @@ class Elsewhere:
                 )
         except OSError as error:
             raise LostProcessError(str(error)) from error
-        self._end = weakref.finalize(self, _ended, self._process, os.getpid())
+        self._end = weakref.finalize(self, ended, self._process, os.getpid())
         with suppress(OSError):  # that it is gone is seen when it is asked
             pickle.dump(sys.path, self._input)
         run_interruptibly(partial(self._asked, (make, given)), abandon=self.end)
@@ -231,7 +250,8 @@ def _interrupts_blocked() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _ended(process: subprocess.Popen[bytes], owner: int) -> None:
+def ended(process: subprocess.Popen[bytes], owner: int) -> None:
+    """End a process that the process ``owner`` has started, and wait for it."""
     if os.getpid() != owner:  # a copy of this process has a copy of the object
         return
     process.kill()

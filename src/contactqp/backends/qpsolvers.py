@@ -12,9 +12,9 @@ import numpy as np
 
 from ..problem.contact_problem import ContactProblem
 from .base import Task
-from .families import Found, Member, MemberState, Program, Question, Settings
+from .families import Found, Member, MemberState, Program, Question
 from .matrices import upper_triangle
-from .option_checks import Positive
+from .option_checks import Positive, Settings
 
 _CALLED = "_solve_problem"
 

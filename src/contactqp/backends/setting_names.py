@@ -6,17 +6,25 @@ Some packages pass over a name that their solver does not know, so that nobody w
 from __future__ import annotations
 
 from collections.abc import Iterable
+from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
 from ..foundation.checks import nearest
 from ..foundation.loading import loaded
 from ..foundation.quiet import output_discarded, warnings_ignored
+from ..foundation.text import shortened
 from .solvers import Facts
+
+_MISSPELT = 0.8
+"""Likeness above which a name is taken for another one misspelt: that of nine letters of ten is 0.9."""
 
 
 def check_setting_names(backend: str, facts: Facts, through: str, given: Iterable[str]) -> None:
-    """Raise a TypeError, if a solver has no setting of a name; where its names are not known, all pass.
+    """Raise a TypeError, if a solver has no setting of a name.
+
+    Where a library does not tell all its names, a newer release may have more than are known: then only what looks like
+    one of these misspelt is refused.
 
     Parameters
     ----------
@@ -33,7 +41,7 @@ def check_setting_names(backend: str, facts: Facts, through: str, given: Iterabl
     >>> check_setting_names("qpsolvers:cvxopt", facts_of("cvxopt", "qpsolvers"), "qpsolvers", ["maxiter"])
     Traceback (most recent call last):
     ...
-    TypeError: backend 'qpsolvers:cvxopt' has no setting 'maxiter'; did you mean 'maxiters'? It has abstol, ...
+    TypeError: backend 'qpsolvers:cvxopt' has no setting 'maxiter'; did you mean 'maxiters'?
     """
     told = _attributes(facts.settings_at) if facts.settings_at else frozenset[str]()
     if not (told or (facts.setting_names and not facts.settings_at)):
@@ -41,10 +49,11 @@ def check_setting_names(backend: str, facts: Facts, through: str, given: Iterabl
     caller, names = facts.through[through], told.union(facts.setting_names)
     own = {*facts.tolerances, facts.iterations, facts.seconds, *facts.settings, *caller.settings, *caller.also}
     known = sorted(names | own - {""})
+    complete = bool(told) and not facts.setting_names
     for name in given:
-        if name not in known:
-            meant = nearest(name, known) or "."
-            raise TypeError(f"backend {backend!r} has no setting {name!r}{meant} It has {', '.join(known)}")
+        if name not in known and (complete or get_close_matches(name, known, n=1, cutoff=_MISSPELT)):
+            meant = nearest(name, known) or f"; it has {shortened(', '.join(known), 400)}"
+            raise TypeError(f"backend {backend!r} has no setting {name!r}{meant}")
 
 
 @cache

@@ -133,7 +133,7 @@ _DAQP = (
 )
 _DAQP_OWN = (
     *("abs_subopt", "dual_start", "eq_reduction", "presolve", "refactor_tol", "rel_subopt", "rho_soft", "sing_tol"),
-    "time_limit",
+    *("time_limit", "verbose"),
 )
 """What the solvers themselves take and, of an unknown name, refuse in other words than ours, or drop."""
 
@@ -188,7 +188,7 @@ SOLVERS: Mapping[str, Facts] = {
         greets="highspy:Highs",
         quick=1000,
         through={
-            "qpsolvers": Through(1000, 1e-13, counted=False),
+            "qpsolvers": Through(1000, 1e-13, counted=False, also=("verbose",)),
             "cvxpy": Through(1000, 1e-13, counted=False, also=("highs_options",)),
         },
     ),
@@ -206,7 +206,7 @@ SOLVERS: Mapping[str, Facts] = {
         warm=True,
         quick=10_000,
         through={
-            "qpsolvers": Through(50_000, 1e-13),
+            "qpsolvers": Through(50_000, 1e-13, also=("verbose",)),
             "cvxpy": Through(50_000, 1e-13, also=("eps", "use_indirect", "use_quad_obj")),
         },
     ),
@@ -234,7 +234,7 @@ SOLVERS: Mapping[str, Facts] = {
         box=False,
         definite=True,
         quick=700,
-        through={"qpsolvers": Through(1000, counted=False)},
+        through={"qpsolvers": Through(1000, counted=False, also=("verbose",))},
     ),
     "ecos": Facts(
         "ecos",
@@ -249,7 +249,7 @@ SOLVERS: Mapping[str, Facts] = {
         box=False,
         definite=True,
         quick=1000,
-        through={"qpsolvers": Through(1000, 1e-5), "cvxpy": Through(1000, 1e-5)},
+        through={"qpsolvers": Through(1000, 1e-5, also=("verbose",)), "cvxpy": Through(1000, 1e-5)},
     ),
     "cvxopt": Facts(
         "cvxopt",
@@ -262,7 +262,7 @@ SOLVERS: Mapping[str, Facts] = {
         box=False,
         quick=1000,
         through={
-            "qpsolvers": Through(20_000, 1e-10),
+            "qpsolvers": Through(20_000, 1e-10, also=("verbose",)),
             "cvxpy": Through(300, counted=False, also=("kktsolver", "max_iters")),
         },
     ),

@@ -5,8 +5,8 @@ The judge decides when the answer is good enough: a library's own residuals say 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeVar
 
@@ -41,6 +41,8 @@ class Round:
     finish : str
         Name of a last step that was taken once the library had converged, say ``"polish"``. Where it made the answer
         worse than the one of the round before, that is a finding.
+    history : mapping of str to vector
+        What was recorded in this call, on request.
     """
 
     gap: Vector | None
@@ -50,6 +52,7 @@ class Round:
     setup_seconds: float = 0.0
     claims: bool = False
     finish: str = ""
+    history: Mapping[str, Vector] = field(default_factory=dict)
 
 
 def tightened(
@@ -91,7 +94,7 @@ def tightened(
     """
     started, setup_before = working_seconds(), setup_seconds
     gap: Vector | None = None
-    least, done, stop, findings = np.inf, 0, Stop.DONE, list[str]()
+    least, done, stop, findings, histories = np.inf, 0, Stop.DONE, list[str](), list[Mapping[str, Vector]]()
     latest = Round(None, Stop.TIME_LIMIT, "time limit during set-up", 0)
 
     def begin(setting: Setting, iterations: int) -> Round:
@@ -106,6 +109,7 @@ def tightened(
         latest = run_interruptibly(partial(begin, setting, budget - done), task.progress, task.abandoned.set)
         done += latest.iterations
         setup_seconds += latest.setup_seconds
+        histories.append(latest.history)
         stop = latest.stop
         if latest.gap is not None:
             bound = task.bound(latest.gap)
@@ -131,7 +135,14 @@ def tightened(
         iterations=done,
         setup_seconds=setup_seconds,
         solve_seconds=working_seconds() - started - (setup_seconds - setup_before),
+        history=one_after_the_other(histories),
         note=note,
         findings=tuple(findings),
         claimed_solved=stop is Stop.DONE and latest.claims,
     )
+
+
+def one_after_the_other(histories: Iterable[Mapping[str, Vector]]) -> dict[str, Vector]:
+    """Return what was recorded in several calls as one record."""
+    told = [history for history in histories if history]
+    return {name: np.concatenate([history[name] for history in told]) for name in (told[0] if told else ())}

@@ -116,6 +116,9 @@ def plot_timings(timings: Sequence[Timing], title: str, sizes: str) -> Figure | 
             ends.append(_End(float(size[-1]), float(seconds[-1]), power))
     axes.set(xscale="log", yscale="log", xlabel=sizes, ylabel="seconds")
     axes.set_title(title, fontsize="medium")
+    sizes_known = [timing.size for timing in known]
+    # Within a decade matplotlib labels the ticks in between, which run into each other as soon as there are more.
+    axes.tick_params(axis="x", which="minor", labelbottom=max(sizes_known) < 10 * min(sizes_known))
     axes.grid(color="#dfe7ec")
     _tell_exponents(axes, ends)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside right upper", frameon=False, fontsize="small")

@@ -28,11 +28,13 @@ from .application import (
     app as app,
 )
 from .bench import bench as bench
+from .distributed import processes_started, solve_together
 from .gallery_commands import export_dataset, study  # noqa: F401  (commands register themselves)
 
 if TYPE_CHECKING:
     from ..foundation.brackets import Bracket
     from ..io.cases import Model
+    from ..refinement.solve_to import SolvedTo
 
 _METHODS = "crank-nicolson", "euler"
 _QUANTITIES = "gap", "deflection"
@@ -111,11 +113,25 @@ def solve(
         ),
     ] = None,
     plot: Plot = None,
+    continuum_tol: Annotated[
+        float | None,
+        typer.Option(
+            help="Halve the case's spacing until the membrane itself is enclosed to this, relative as --tol is.",
+            show_default=False,
+            min=1e-12,
+        ),
+    ] = None,
 ) -> None:
     """Solve CASE by one backend.
 
-    Exit code 0: certified; 1: not; 2: bad input; 130: interrupted.
+    Started by mpiexec, several processes share a membrane's rows, and write one .zarr store (the extra 'mpi').
+
+    Exit code 0: certified, and with --continuum-tol reached; 1: not; 2: bad input; 130: interrupted.
     """
+    if processes_started() > 1:
+        if continuum_tol is not None:
+            raise ValueError("--continuum-tol refines in one process only; start without mpiexec, or leave it out")
+        raise typer.Exit(solve_together(case, backend, tolerance(tol), time_limit, out, plot))
     from ..io.writers import WRITERS, require_suitable, write_solution
 
     check_output("--out", out, tuple(WRITERS))
@@ -125,12 +141,20 @@ def solve(
     model, title = _read(case)
     if out is not None:
         require_suitable(out, model)
-    solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
+    reached = True
+    if continuum_tol is None:
+        solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
+    else:
+        found = _solved_to(case, model, continuum_tol, backend, time_limit)
+        solution, reached = found.solution, found.reached
+        _echo_facts(repr(found))
+        typer.echo(str(found.continuum))
     _echo_facts(repr(solution))
     if solution.certificate is not None:
         _echo_facts(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
         if model.node_area is not None:
-            _echo_facts(f"  contact     {_told(solution.contact_area)} ({_AREAS[model.units['load']]})")
+            area = f"{_AREAS[model.units['load']]} that its nodes stand for"
+            _echo_facts(f"  contact     {_told(solution.contact_area)} ({area})")
     if out is not None:
         write_solution(solution, model, out)
         typer.echo(f"fields: {out}")
@@ -139,7 +163,26 @@ def solve(
 
         solution.plot(title=_headed(title, headline(solution))).savefig(plot, dpi=150)
         typer.echo(f"picture: {plot}")
-    raise typer.Exit(EXIT_OK if solution.status.ok else EXIT_NOT_CERTIFIED)
+    raise typer.Exit(EXIT_OK if solution.status.ok and reached else EXIT_NOT_CERTIFIED)
+
+
+def _solved_to(case: Path, model: Model, continuum_tol: float, backend: str, time_limit: float | None) -> SolvedTo:
+    """Return a case's solutions on finer and finer lattices, from its own on."""
+    from ..io.cases import read_case
+    from ..models.membrane import Membrane
+    from ..refinement.solve_to import solve_to
+
+    if not isinstance(model, Membrane):
+        raise ValueError(f"--continuum-tol encloses a Membrane, {case} describes {model!r}")
+    if model.lattice.cuts is not None or model.lattice.overshoot:
+        raise ValueError(f"--continuum-tol needs a frame along lines of the lattice, {case} has {model.lattice!r}")
+
+    def model_at(spacing: float) -> Membrane:
+        finer = read_case(case, spacing).model
+        assert isinstance(finer, Membrane)
+        return finer
+
+    return solve_to(model_at, continuum_tol, spacing=model.lattice.spacing, backend=backend, time_limit=time_limit)
 
 
 @app.command()

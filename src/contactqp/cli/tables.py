@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ..backends import backend_names, family_names, get_backend, kind_of
+from ..backends import backend_names, get_backend, kind_of, names_besides
 from ..backends.base import Backend, Need
 from ..comparison.columns import cells_of, fitting, printed_columns, width_of
 from ..comparison.compared import Compared
@@ -69,7 +69,7 @@ def print_backends() -> None:
 
     Where one line has room for all, there is one table. What to type where something is missing stands below.
     """
-    listed = [_listed(name) for name in (*backend_names(), *family_names())]
+    listed = [_listed(name) for name in (*backend_names(), *names_besides())]
     console = table_console()
     whole = _table_of((*_METHOD, *_FACTS[1:]), listed)
     if Console(width=_UNLIMITED).measure(whole).maximum <= console.width:
@@ -101,8 +101,7 @@ def _listed(name: str) -> _Listed:
         backend.require()
         obstacle = ""
     except MissingBackendError as error:
-        missing = backend.missing()
-        obstacle = f"{name}: pip install {' '.join(missing)}" if missing else str(error)
+        obstacle = f"{name}: {backend.to_install()}" if backend.missing() else str(error)
     cells: dict[str, str | Text] = {
         "name": name,
         "method": backend.summary,

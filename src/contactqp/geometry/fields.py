@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextvars import copy_context
-from typing import Any, Literal, TypeAlias, cast
+from typing import Any, Literal, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -284,6 +284,49 @@ def in_strips(lattice: Lattice, function: Any, name: str) -> Vector | None:
     found = np.concatenate([values[node[line] : node[line + 1]] for line in lines])
     room = _ALIKE * float(np.abs(found).max(where=np.isfinite(found), initial=0.0))
     return values if np.allclose(found, probes, rtol=0.0, atol=room, equal_nan=True) else None
+
+
+class OnFrame(NamedTuple):
+    """What an array tells beside the values at the nodes.
+
+    Attributes
+    ----------
+    values : array, shape (k,), or None
+        At the points of the lattice's array that are no nodes, row by row, nan where there is none; None where it tells
+        of the nodes alone.
+    """
+
+    values: Vector | None
+
+
+def as_given(lattice: Lattice, field: Any, name: str, rows: Rows = "up") -> Any:
+    """Return what tells a field between the nodes, beside the values at them that `sample` has returned.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    field, name, rows
+        See `sample`, which has accepted the field.
+
+    Returns
+    -------
+    float, callable, or OnFrame
+        A number and a function as they are; of an array, which may change later on, what it has on the frame.
+    """
+    if is_function(field):
+        return field
+    field = with_places(field, name) if is_labelled(field) else field
+    if isinstance(field, Places):
+        grid = _places_on_lattice(field, lattice, name)
+    elif is_dataarray(field) and field.ndim and field.dims != ("node",):
+        grid = on_lattice(lattice, field, name, rows)
+    elif np.ndim(field) == 0:
+        return float(field)
+    elif np.shape(field) == lattice.shape != (1, lattice.size):
+        grid = upwards_rows(np.ma.filled(np.ma.asarray(field, dtype=np.float64), np.nan), rows)
+    else:
+        return OnFrame(None)
+    return OnFrame(np.array(grid[~lattice.mask]))
 
 
 def sample_points(

@@ -58,6 +58,9 @@ class Lattice:
     caution : str
         What is to be said of a lattice that is wider than its frame: by how much, where, and which spacings fit; else
         empty.
+    slanted : bool
+        Whether slanted sides of the contour cut squares of the lattice that have a node at a corner: the lattice's
+        points on such a side lie on the contour, but lines of the lattice do not.
     cuts : Cuts or None
         How long the arms are that end on the frame, where the lattice is fitted to its contour; None where all reach
         to the next point of the lattice.
@@ -86,6 +89,7 @@ class Lattice:
         overshoot: float = 0.0,
         caution: str = "",
         crs: str = "",
+        slanted: bool = False,
         cuts: Cuts | None = None,
     ) -> None:
         points = np.array(mask)
@@ -100,6 +104,7 @@ class Lattice:
         down = one_of(rows, ("up", "down"), "rows") == "down"
         self.mask: Mask = read_only(np.ascontiguousarray(points[::-1]) if down else points)
         self.overshoot, self.caution, self.crs = overshoot, caution, checked_crs(crs)
+        self.slanted = slanted
         self.cuts = None if cuts is None else Cuts(*map(read_only, cuts))
         self.spacing = spacing_of_nodes(spacing)
         if np.shape(origin) != (2,):

@@ -28,6 +28,8 @@ class Numbering:
     ----------
     mask : array of bool, shape (rows, columns)
         True = node.
+    whole : bool
+        Whether all rows and columns count as the nodes' box, though some at its sides hold none.
 
     Examples
     --------
@@ -39,9 +41,11 @@ class Numbering:
     array([ 5,  6,  9, 10])
     """
 
-    def __init__(self, mask: Mask) -> None:
+    def __init__(self, mask: Mask, *, whole: bool = False) -> None:
         self.mask = mask
         self.rows, self.columns = mask.shape
+        if whole:
+            self.box = slice(0, self.rows), slice(0, self.columns)
 
     @cached_property
     def size(self) -> int:

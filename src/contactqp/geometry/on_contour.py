@@ -93,9 +93,7 @@ class FrameFit:
         beside[1:] |= padded[:-1]
         beside[:, :-1] |= padded[:, 1:]
         beside[:, 1:] |= padded[:, :-1]
-        row, column = np.nonzero(beside & ~padded)
-        x = np.float64(self.origin[0]) + np.float64(self.spacing) * (column - 1)
-        y = np.float64(self.origin[1]) + np.float64(self.spacing) * (row - 1)
+        x, y = self._places(beside & ~padded)
 
         def outside(distance: float) -> NDArray[np.intp]:
             return np.flatnonzero(~self.inside(x, y, -distance))
@@ -110,12 +108,37 @@ class FrameFit:
             low, high, last = (middle, high, beyond) if beyond.size else (low, middle, last)
         return high, float(x[last[0]]), float(y[last[0]])
 
+    @property
+    def _slanted(self) -> bool:
+        """Whether squares with a node at a corner have another one outside the contour."""
+        padded = np.pad(self.mask, 1)
+        squares = padded[1:, 1:] | padded[1:, :-1] | padded[:-1, 1:] | padded[:-1, :-1]
+        corners = np.zeros_like(padded)
+        for rows in (slice(None, -1), slice(1, None)):
+            for columns in (slice(None, -1), slice(1, None)):
+                corners[rows, columns] |= squares
+        x, y = self._places(corners & ~padded)
+        return not self.inside(x, y, -4 * self.margin).all()
+
+    def _places(self, padded: Mask) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return x and y of points that are chosen on the array with a ring about it (length)."""
+        row, column = np.nonzero(padded)
+        x = np.float64(self.origin[0]) + np.float64(self.spacing) * (column - 1)
+        y = np.float64(self.origin[1]) + np.float64(self.spacing) * (row - 1)
+        return x, y
+
     def lattice(self, crs: str) -> Lattice:
         """Return the lattice, in a coordinate reference system; a frame that grows is told of, if much by a warning."""
         caution = self._caution() if self.overshoot else ""
         if caution and self.loudest > _LOUD:
             warnings.warn(caution, ContactWarning, stacklevel=stacklevel_outside())
-        return Lattice(self.mask, self.spacing, self.origin, overshoot=self.overshoot, caution=caution, crs=crs)
+        return Lattice(
+            *(self.mask, self.spacing, self.origin),
+            overshoot=self.overshoot,
+            caution=caution,
+            crs=crs,
+            slanted=self._slanted,
+        )
 
     def fitted_lattice(self, crs: str) -> Lattice:
         """Return the lattice whose arms end on the contour."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from pydantic import ValidationError
@@ -39,6 +39,9 @@ from .toml_files import read_toml
 
 Model: TypeAlias = Membrane | Cable | MeshMembrane | Beam | Plate
 """What a case file may describe."""
+
+_Section = TypeVar("_Section", bound=Section)
+_Built = TypeVar("_Built")
 
 
 class Case(NamedTuple):
@@ -91,18 +94,56 @@ def load_case(path: str | Path) -> Model:
     return read_case(path).model
 
 
-def read_case(path: str | Path) -> Case:
-    """Return what a case file describes, see `load_case`."""
+def read_case(path: str | Path, spacing: float | None = None) -> Case:
+    """Return what a case file describes, see `load_case`; with another spacing than the file's where one is given."""
     path = Path(path)
     data = read_toml(path)
-    section, model_of = _KINDS.get(str(data.get("model")), _KINDS["membrane"])
+    if spacing is not None:
+        data = {**data, "spacing": spacing}
+    section, model_of = _KINDS[_kind_of(data)]
+
+    def build(case: Section, path: Path) -> Case:
+        model = model_of(case, path)
+        _ = model.problem
+        return Case(model, case.title)  # type: ignore[attr-defined]
+
+    return _built(path, data, section, build)
+
+
+def read_membrane_parts(path: str | Path) -> dict[str, Any]:
+    """Return what a case file of a membrane describes, as arguments of `Membrane` by name: nothing is evaluated.
+
+    Raises
+    ------
+    CaseFileError
+        See `load_case`; or if it describes something else.
+    """
+    path = Path(path)
+    data = read_toml(path)
+    kind = _kind_of(data)
+    if kind != "membrane":
+        raise CaseFileError(f"{path}: model = {kind!r}: only a membrane is solved by several processes")
+
+    def build(case: MembraneCase, path: Path) -> dict[str, Any]:
+        return _in_plan(case, path, "tension")
+
+    return _built(path, data, MembraneCase, build)
+
+
+def _kind_of(data: dict[str, Any]) -> str:
+    kind = str(data.get("model"))
+    return kind if kind in _KINDS else "membrane"
+
+
+def _built(
+    path: Path, data: dict[str, Any], section: type[_Section], build: Callable[[_Section, Path], _Built]
+) -> _Built:
+    """Return what is built of a case file's data, which are those of a kind of model; errors name the file."""
     try:
         case = section.model_validate(data)
         # Numbers that overflow on the way are no input, though each of them is one.
         with np.errstate(over="raise", invalid="raise", divide="raise"):
-            model = model_of(case, path)
-            _ = model.problem
-            return Case(model, case.title)  # type: ignore[attr-defined]
+            return build(case, path)
     except ValidationError as error:
         raise CaseFileError(f"{path}: {explained(error, section)}") from None
     except CaseFileError:

@@ -70,6 +70,7 @@ def _on_lattice(model: LatticeModel, kind: str) -> Record:
         "upwards": int(model.upwards),
         "origin": np.array(lattice.origin),
         "overshoot": lattice.overshoot,
+        "slanted": int(lattice.slanted),
         "caution_of_lattice": lattice.caution,
         **_units(model),
     }
@@ -245,6 +246,7 @@ def _lattice(data: xr.Dataset) -> Lattice:
         overshoot=float(told["overshoot"]),
         caution=str(told["caution_of_lattice"]),
         crs=str(told.get("crs", "")),
+        slanted=bool(told.get("slanted", 0)),
         cuts=_cuts(data),
     )
 

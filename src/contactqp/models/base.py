@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -187,6 +187,8 @@ class ContactModel(ABC):
     """What `_pull_of_reference` returns, kept where models of other loads have the same."""
     _alike: ContactQP | None = None
     """A problem of the same stiffness, of which the facts can be shared."""
+    given: Mapping[str, Any] = MappingProxyType({})
+    """What the model was made from, by name and without units, of data that are fields; see `LatticeModel`."""
 
     @property
     @abstractmethod
@@ -705,21 +707,10 @@ class ContactModel(ABC):
         v : array, shape (n,)
             What they are distributed as, > 0.
         """
-        # Vectors of this length are made seldom: on large lattices that is what takes the time.
-        down = mean * v
-        down /= v.mean()
-        least_down = _LEAST_DEPTH * float(down.mean())
-        depth = self.depth - self._datum if self._datum else self.depth
-        summit = max(0.0, -float(depth.min()))
-        down += self._frame_relief()
-        reachable = float(np.minimum(np.maximum(depth, 0.0), down, out=down).mean())
+        above = None
         if self.ceiling_depth is not None and self.under_ceiling.any():
-            up = suction * v / v.mean()
-            least_down = max(least_down, _LEAST_DEPTH * float(up.mean()))
             above = self._datum - self.ceiling_depth
-            suction = float(np.minimum(np.maximum(above, 0.0), up + self._frame_relief()).mean())
-            summit += max(0.0, -float(above.min()))
-        return max(reachable + suction + summit, least_down) or None
+        return length_scale(mean, suction, v, self.depth - self._datum, above, self._frame_relief())
 
     def plot(
         self, ax: Any = None, *, section: float | None = None, title: str | None = None, units: UnitNames = ""
@@ -839,6 +830,47 @@ class ContactModel(ABC):
             ceiling=pushed,
             foundation=foundation,
         )
+
+
+def length_scale(
+    mean: float,
+    suction: float,
+    v: Vector,
+    below: Vector,
+    above: Vector | None,
+    relief: float,
+    average: Callable[[Vector], float] = lambda values: float(values.mean()),
+    least: Callable[[Vector], float] = lambda values: float(values.min()),
+) -> float | None:
+    """Return the length by which a model's tolerances are measured, see `ContactModel._gap_scale`; None for none.
+
+    Parameters
+    ----------
+    mean, suction : float
+        How far load and suction move the nodes in the mean without bounds (length), >= 0.
+    v : array, shape (n,)
+        What these are distributed as, > 0.
+    below, above : array, shape (n,)
+        How far the support lies below the frame's mean height, and a ceiling above it (length); ``above`` is None
+        without a ceiling, and ``below`` is overwritten.
+    relief : float
+        How far the frame leaves its mean height (length).
+    average, least : callable
+        Mean and minimum over all nodes, where vectors hold a part of them only.
+    """
+    # Vectors of this length are made seldom: on large lattices that is what takes the time.
+    down = mean * v
+    down /= average(v)
+    least_down = _LEAST_DEPTH * average(down)
+    summit = max(0.0, -least(below))
+    down += relief
+    reachable = average(np.minimum(np.maximum(below, 0.0, out=below), down, out=down))
+    if above is not None:
+        up = suction * v / average(v)
+        least_down = max(least_down, _LEAST_DEPTH * average(up))
+        suction = average(np.minimum(np.maximum(above, 0.0), up + relief))
+        summit += max(0.0, -least(above))
+    return max(reachable + suction + summit, least_down) or None
 
 
 def elevations_of(height: Any) -> Any:

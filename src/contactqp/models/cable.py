@@ -100,6 +100,7 @@ class Cable(LineModel, StretchedModel):
         foundation: Any = None,
         units: UnitNames | None = None,
     ) -> None:
+        made_from = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
         names = checked_units(units)
         span, spacing, start = (
             plain(value, name, "length", names)
@@ -117,6 +118,7 @@ class Cable(LineModel, StretchedModel):
             foundation=foundation,
             units=names,
         )
+        self._keep_arguments(made_from)
 
     @staticmethod
     def lattice_of(

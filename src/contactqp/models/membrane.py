@@ -58,6 +58,8 @@ class Membrane(AreaModel, StretchedModel):
     foundation : number, array, xarray.DataArray or function of (x, y), optional
         Stiffness k ≥ 0 of an elastic foundation (Winkler), which pulls the membrane to height zero by kw: force per
         area and length.
+        Load, support, ceiling, frame height and a tension that is one number may be given by `contactqp.between`; the
+        model is then that of the middle, and `contactqp.solve_between` encloses all.
     units : str or mapping, optional
         Units of all numbers without one, as ``{"length": "m", "force": "kN"}``: free text, which labels and files tell.
         What has a unit of its own, a quantity of pint or an array whose ``attrs["units"]`` tells it, is then checked
@@ -106,6 +108,7 @@ class Membrane(AreaModel, StretchedModel):
         foundation: FieldLike | None = None,
         units: UnitNames | None = None,
     ) -> None:
+        made_from = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
         names = checked_units(units)
         known = lattice if isinstance(lattice, Lattice) else None
         given = tension if isinstance(tension, tuple) else (tension,)
@@ -121,3 +124,4 @@ class Membrane(AreaModel, StretchedModel):
             foundation=foundation,
             units=names,
         )
+        self._keep_arguments(made_from)

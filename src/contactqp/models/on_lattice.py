@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import UnsuitableProblemError
 from ..foundation.checks import Mask, Vector, boolean, read_only
 from ..foundation.text import counted
-from ..geometry.fields import Rows, checked_rows, frame_heights, in_rows, sample
+from ..geometry.between import Between, middle_of
+from ..geometry.fields import Rows, as_given, checked_rows, frame_heights, in_rows, sample
 from ..geometry.lattice import Lattice, patches_on_grid
 from ..geometry.numbering import Grid
 from ..geometry.on_arms import ArmField
@@ -48,6 +51,12 @@ class LatticeModel(ContactModel):
         Stiffness k of an elastic foundation: force per area and length (along a line: per length and length).
     noun : str
         What bends or is stretched, in a word.
+    given : mapping of str to Any
+        What tells load, support, ceiling, foundation and frame_height between the nodes, see
+        `contactqp.geometry.fields.as_given`, and the tension's source. What a variation of a model has changed is not
+        among them: it is known at the nodes alone.
+    uncertain : dict of str to Between
+        What was given by `contactqp.between`; the model is that of the middle.
     """
 
     node_area: Vector
@@ -87,6 +96,11 @@ class LatticeModel(ContactModel):
         self.lattice = self._laid_on = lattice
         self.upwards, self.rows = boolean(upwards, "upwards"), checked_rows(rows)
         self._tension, self.unit_names = tension, units or {}
+        fields = {"load": load, "support": support, "ceiling": ceiling, "foundation": foundation}
+        fields |= {"frame_height": frame_height}
+        self.uncertain = {name: field for name, field in fields.items() if isinstance(field, Between)}
+        load, support, ceiling, foundation, frame_height = map(middle_of, fields.values())
+        fields = dict(zip(fields, (load, support, ceiling, foundation, frame_height), strict=True))
         self.node_area = np.broadcast_to(np.asarray(area, dtype=np.float64), (lattice.size,))
         self.load: Vector = self.at_nodes(load, "load")
         self.support: Vector = self.support_at_nodes(support)
@@ -101,6 +115,9 @@ class LatticeModel(ContactModel):
             np.negative(heights) if self.upwards and heights is not None else heights for heights in known
         )
         self._datum = 0.0 if self._heights is None else float(self._heights[needed].mean())
+        plain = {name: self.without_unit(field, name) for name, field in fields.items() if field is not None}
+        told = {name: as_given(lattice, field, name, self.rows) for name, field in plain.items()}
+        self.given = MappingProxyType(told | {"tension": tension.source})
 
     @property
     def tension(self) -> Any:
@@ -111,6 +128,18 @@ class LatticeModel(ContactModel):
     def tension_of_arms(self) -> Tension:
         """The same with its value on every arm."""
         return self._tension
+
+    def extremes(self) -> tuple[LatticeModel, LatticeModel]:
+        """Return the models of the least and of the greatest depths among those that `contactqp.between` leaves open.
+
+        Raises
+        ------
+        UnsuitableProblemError
+            If the depths of a model of its kind do not grow, or fall, with what is uncertain.
+        ValueError
+            If what is lower lies above what is upper at a node.
+        """
+        raise UnsuitableProblemError(f"answers of {self!r} do not grow with its data: no two enclose the others")
 
     def at_nodes(self, field: Any, name: str, *, allow_inf: bool = False, absent: float | None = None) -> Vector:
         """See `ContactModel.at_nodes`."""

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..algebra.stencil import Stencil
-from ..foundation.checks import Vector, repeated
+from ..errors import UnsuitableProblemError
+from ..foundation.checks import Vector, read_only, repeated
+from ..geometry.between import Between
 from ..geometry.fields import Rows
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
+from ..profiles.analytic import Profile
 from .on_lattice import LatticeModel
 from .reach import reach_on_lattice
 from .rim import Rim
 from .sensitive import FrameHeights, Resistance
 from .tension import Tension
+from .varied import with_load_of
 
 
 class StretchedModel(LatticeModel):
@@ -64,6 +69,58 @@ class StretchedModel(LatticeModel):
         self._rim = None if lattice.cuts is None else Rim.of(lattice, arms, self._end_heights)
         self.stencil = self._held_by_rim()
         self._warn()
+
+    _made_from: Mapping[str, Any] = MappingProxyType({})
+    """The arguments of the model, kept where some of them lie between two others."""
+
+    def _keep_arguments(self, arguments: Mapping[str, Any]) -> None:
+        """Keep what the model was made from, so that `extremes` can make others, where some of it lies between two."""
+        tension = arguments["tension"]
+        if isinstance(tension, Between):
+            self.uncertain["tension"] = tension
+        if self.uncertain:
+            self._made_from = MappingProxyType(dict(arguments))
+
+    def extremes(self) -> tuple[LatticeModel, LatticeModel]:
+        """See `LatticeModel.extremes`."""
+        if "foundation" in self.uncertain or ("tension" in self.uncertain and self.foundation is not None):
+            raise UnsuitableProblemError(
+                "a foundation pulls up what hangs down and down what is lifted: answers do not grow with its "
+                "stiffness, or with an uncertain tension beside it, and no two of them enclose the others"
+            )
+        made = []
+        for lowest in (True, False):
+            chosen = dict(self._made_from)
+            for name, field in self.uncertain.items():
+                if name != "tension":
+                    chosen[name] = field.lower if lowest != self._turned(name, field) else field.upper
+            tension = self.uncertain.get("tension")
+            if tension is None:
+                made.append(type(self)(**chosen))
+                continue
+            # Depths depend on load over tension: the load of one tension stands for that of another.
+            chosen["tension"] = tension.middle
+            middle = type(self)(**chosen)
+            factors = np.sort([tension.middle / tension.upper, tension.middle / tension.lower])
+            share = np.where((middle.load >= 0) == lowest, factors[0], factors[1])
+            made.append(with_load_of(middle, read_only(middle.load * share)))
+        self._require_order(*made)
+        return made[0], made[1]
+
+    def _turned(self, name: str, field: Between) -> bool:
+        """Whether what is lower is deeper: a height that is positive upwards, but of a profile, which tells depths."""
+        return self.upwards and name != "load" and not isinstance(field.lower, Profile)
+
+    def _require_order(self, low: StretchedModel, high: StretchedModel) -> None:
+        pairs = {"load": (low.load, high.load), "support": (low.depth, high.depth)}
+        if low.ceiling_depth is not None and high.ceiling_depth is not None:
+            pairs["ceiling"] = low.ceiling_depth, high.ceiling_depth
+        for name, (least, most) in pairs.items():
+            if (least > most).any():
+                worst = int(np.argmax(least > most))
+                raise ValueError(
+                    f"{name}=between(lower, upper): the lower one is above the upper one at {self.describe(worst)}"
+                )
 
     def _held_by_rim(self) -> Stencil:
         """Return the stiffness with what arms that the contour cuts short are stiffer."""

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..foundation.checks import Vector, finite_number, positive_number
 from ..foundation.text import span_of
-from ..geometry.fields import FieldLike, Rows
+from ..geometry.between import Between
+from ..geometry.fields import FieldLike, Rows, as_given
 from ..geometry.lattice import Lattice
 from ..geometry.on_arms import ArmField, on_arms
 
@@ -27,10 +28,14 @@ class Tension:
         Along x and, on a membrane, along y.
     same : bool
         Whether one tension was given for all directions.
+    source : tuple
+        What tells it between the nodes along each axis, see `contactqp.geometry.fields.as_given`; empty where nothing
+        but the arms is known.
     """
 
     fields: tuple[ArmField, ...]
     same: bool
+    source: tuple[Any, ...] = ()
 
     @classmethod
     def of(cls, lattice: Lattice | None, value: Any, along: str, rows: Rows = "up") -> Tension:
@@ -40,6 +45,9 @@ class Tension:
         """
         if isinstance(value, Tension):
             return value
+        if isinstance(value, Between):
+            ends = (positive_number(value.lower, "tension between"), positive_number(value.upper, "tension between"))
+            value = sum(ends) / 2
         pair = isinstance(value, tuple)
         if pair and len(value) != len(along):
             wanted = "a pair, along x and along y" if len(along) == 2 else "one, a cable's"
@@ -47,14 +55,19 @@ class Tension:
         if pair and len(along) == 1:
             value, pair = value[0], False
         if lattice is None:
-            return cls((ArmField(number := positive_number(value, "tension"), number),) * len(along), True)
+            return cls(
+                (ArmField(number := positive_number(value, "tension"), number),) * len(along),
+                True,
+                (number,) * len(along),
+            )
         given = value if pair else (value,) * len(along)
         names = [f"tension along {axis}" if pair else "tension" for axis in along]
         fields = tuple(
             on_arms(lattice, field, name, axis, rows) for field, name, axis in zip(given, names, along, strict=True)
         )
         equal = pair and all(isinstance(field.arms, float) and field.arms == fields[0].arms for field in fields)
-        return cls(fields, not pair or equal)
+        source = tuple(as_given(lattice, field, "tension", rows) for field in given)
+        return cls(fields, not pair or equal, source)
 
     @classmethod
     def or_none(cls, lattice: Lattice | None, value: Any, along: str, rows: Rows = "up") -> Tension:
@@ -64,7 +77,7 @@ class Tension:
         number = finite_number(value, "tension")
         if number < 0:
             raise ValueError(f"tension must be >= 0, got {number:g}: what is compressed may buckle")
-        return cls((ArmField(number, number),) * len(along), True)
+        return cls((ArmField(number, number),) * len(along), True, (number,) * len(along))
 
     @property
     def given(self) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from copy import copy
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -36,7 +37,7 @@ def with_load(model: Model, factor: float) -> Model:
 def with_load_of(model: Model, load: Any) -> Model:
     """Return the model under another load at its nodes, shape (n,), in the unit of its own."""
     model._shared_pull = pull = model._pull_of_reference()
-    varied = _copied(model)
+    varied = _copied(model, "load")
     varied.load = load
     if np.array_equal(varied.supported, model.supported):
         if np.array_equal(varied.under_ceiling, model.under_ceiling):
@@ -50,14 +51,14 @@ def with_tension(model: Model, tension: float) -> Model:
 
     Where the model's tension varies, or is not the same along x and along y, it is multiplied by ``tension``.
     """
-    varied = _copied(model)
+    varied = _copied(model, "tension")
     varied._take_tension(positive_number(tension, "tension"))
     return varied
 
 
 def with_foundation(model: Model, foundation: Any) -> Model:
     """Return the model on a foundation of another stiffness at its nodes, shape (n,), in the unit of its own."""
-    varied = _copied(model)
+    varied = _copied(model, "foundation")
     varied._take_foundation(read_only(np.asarray(foundation, dtype=np.float64)))
     return varied
 
@@ -108,7 +109,7 @@ def depths_at_rest(model: ContactModel) -> Vector:
 
 def _over(model: Model, support: Any, known_unreachable: Mask | None) -> Model:
     model._refuse_crossing(support, model.ceiling)
-    varied = _copied(model)
+    varied = _copied(model, "support")
     varied.support, varied._known_unreachable = support, known_unreachable
     # Under a ceiling the way up to it is another one.
     if not (model.under_ceiling.any() or varied.under_ceiling.any()):
@@ -119,9 +120,13 @@ def _over(model: Model, support: Any, known_unreachable: Mask | None) -> Model:
     return varied
 
 
-def _copied(model: Model) -> Model:
-    """Return a copy without anything that was derived from the data, by this class or a user's subclass of it."""
+def _copied(model: Model, changes: str = "") -> Model:
+    """Return a copy without anything that was derived from the data, by this class or a user's subclass of it.
+
+    Of data that it ``changes`` only the values at the nodes are known.
+    """
     varied = copy(model)
+    varied.given = MappingProxyType({name: field for name, field in model.given.items() if name != changes})
     for kind in type(model).__mro__:
         for name, attribute in vars(kind).items():
             if isinstance(attribute, cached_property):

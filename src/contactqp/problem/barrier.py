@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..algebra.balanced import balanced
 from ..algebra.band import Band
@@ -190,14 +191,69 @@ def _parabolas(stencil: LatticeStiffness) -> list[Parabola]:
     row or its column there is one.
     """
     layout = stencil.layout
-    mask = layout.mask
-    row, column = np.arange(-1.0, layout.rows + 1), np.arange(-1.0, layout.columns + 1)
-    across, along = (_least(arms) for arms in (stencil.horizontal, stencil.vertical))
-    reach_x, reach_y = (1.0 if arms.any() else 0.0 for arms in (stencil.horizontal, stencil.vertical))
-    left, right = -reach_x, layout.columns - 1 + reach_x
-    bottom, top = -reach_y, layout.rows - 1 + reach_y
+    arms = _least(stencil.horizontal), _least(stencil.vertical)
+    joined = bool(stencil.horizontal.any()), bool(stencil.vertical.any())
+    ends = ends_of_lines(layout.mask), ends_of_lines(layout.mask.T)
+    found = parabolas((layout.rows, layout.columns), arms, joined, ends, layout)
+    return [parabola for parabola in found if not stencil.rimmed or 0 < parabola.least_s < np.inf]
+
+
+class Ends(NamedTuple):
+    """Where the nodes of lines begin and end.
+
+    Attributes
+    ----------
+    lines, first, last : array of int, shape (k,)
+        The number of each line that holds a node, and the places of its first and last one.
+    """
+
+    lines: NDArray[np.int64]
+    first: NDArray[np.int64]
+    last: NDArray[np.int64]
+
+
+def ends_of_lines(points: Mask) -> Ends:
+    """Return where the nodes of the rows of an array begin and end.
+
+    Examples
+    --------
+    >>> ends_of_lines(np.array([[False, True, True], [False, False, False], [True, False, False]]))
+    Ends(lines=array([0, 2]), first=array([1, 0]), last=array([2, 0]))
+    """
+    lines = np.flatnonzero(points.any(axis=1))
+    first = points[lines].argmax(axis=1)
+    return Ends(lines, first, points.shape[1] - 1 - points[lines, ::-1].argmax(axis=1))
+
+
+def parabolas(
+    shape: tuple[int, int],
+    arms: tuple[float, float],
+    joined: tuple[bool, bool],
+    ends: tuple[Ends, Ends],
+    layout: Layout,
+) -> list[Parabola]:
+    """Return the parabolas on a lattice that are >= 0 on the frame and > 0 at the nodes.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Rows and columns of the smallest rectangle that holds all nodes.
+    arms : (float, float)
+        Stiffness of the arms along rows and along columns; 1 where they differ.
+    joined : (bool, bool)
+        Whether there are such arms at all.
+    ends : (Ends, Ends)
+        Of all rows and of all columns.
+    layout : Layout
+        The nodes, or those that a process holds.
+    """
+    row, column = np.arange(-1.0, shape[0] + 1), np.arange(-1.0, shape[1] + 1)
+    across, along = arms
+    reach_x, reach_y = (1.0 if there else 0.0 for there in joined)
+    left, right = -reach_x, shape[1] - 1 + reach_x
+    bottom, top = -reach_y, shape[0] - 1 + reach_y
     twice_row, twice_column = 2 * row - (bottom + top), 2 * column - (left + right)
-    rim = _rim(mask, twice_row, twice_column, reach_x, reach_y)
+    rim = _rim(ends, twice_row, twice_column, reach_x, reach_y)
     flat_rows, flat_columns = np.zeros_like(row), np.zeros_like(column)
     exact = 1 - 4 * UNIT_ROUNDOFF
     found: list[Parabola] = [
@@ -210,25 +266,22 @@ def _parabolas(stencil: LatticeStiffness) -> list[Parabola]:
         found.append(Parabola(flat_rows, across_strip, exact * 2 * across, "strip along y", layout))
     if reach_y:
         found.append(Parabola((row - bottom) * (top - row), flat_columns, exact * 2 * along, "strip along x", layout))
-    return [parabola for parabola in found if not stencil.rimmed or 0 < parabola.least_s < np.inf]
+    return found
 
 
 def _least(arms: Vector) -> float:
     return float(arms) if arms.ndim == 0 else 1.0
 
 
-def _rim(mask: Mask, twice_row: Vector, twice_column: Vector, reach_x: float, reach_y: float) -> float:
+def _rim(ends: tuple[Ends, Ends], twice_row: Vector, twice_column: Vector, reach_x: float, reach_y: float) -> float:
     """Return the largest squared distance from the middle, doubled, of a frame point that a node is joined to."""
     rim = 0.0
-    for points, own, other, reach in (
-        (mask, twice_row, twice_column, reach_x),
-        (mask.T, twice_column, twice_row, reach_y),
+    for (lines, first, last), own, other, reach in (
+        (ends[0], twice_row, twice_column, reach_x),
+        (ends[1], twice_column, twice_row, reach_y),
     ):
         if not reach:
             continue
-        lines = np.flatnonzero(points.any(axis=1))
-        first = points[lines].argmax(axis=1)
-        last = points.shape[1] - 1 - points[lines, ::-1].argmax(axis=1)
         # Offset 1 for the ring; the frame point lies one beyond the outermost node.
         for end in (first, last + 2):
             rim = max(rim, float((own[lines + 1] ** 2 + other[end] ** 2).max()))

@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import finite_number, one_of, positive_number
+from ..foundation.intervals import Interval
+from ..foundation.surfaces import Curvature, Ranged
 
 _Array = NDArray[np.float64]
 
@@ -26,6 +28,25 @@ class Profile(ABC):
     @abstractmethod
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
         """Return the depths at the points (x, y)."""
+
+    def range(self, x: Interval, y: Interval) -> Interval | None:
+        """Return what holds the depths on rectangles, rounded outwards; None if it is not known.
+
+        Parameters
+        ----------
+        x, y : Interval
+            Sides of the rectangles, of shapes that fit each other (length).
+        """
+        return None
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature | None:
+        """Return what holds the second derivatives of the depths on rectangles; None if it is not known."""
+        return None
+
+    def laplacian_range(self, x: Interval, y: Interval) -> Interval | None:
+        """Return what holds the Laplacian of the depths on rectangles, infinite at kinks; None if it is not known."""
+        known = self.curvature(x, y)
+        return None if known is None else known.xx + known.yy
 
 
 @dataclass(frozen=True)
@@ -56,6 +77,14 @@ class Plane(Profile):
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
         """Return the depths f at the points (x, y)."""
         return np.asarray(self.depth + self.slope_x * np.asarray(x) + self.slope_y * np.asarray(y))
+
+    def range(self, x: Interval, y: Interval) -> Interval:
+        """See `Profile.range`."""
+        return self.depth + self.slope_x * x + self.slope_y * y
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature:
+        """See `Profile.curvature`: none."""
+        return _same(_like(0.0, x, y))
 
 
 @dataclass(frozen=True)
@@ -91,6 +120,16 @@ class Paraboloid(Profile):
         """Return the depths f at the points (x, y)."""
         return np.asarray(self.depth + _distance(x, y, self.center) ** 2 / (2 * self.radius))
 
+    def range(self, x: Interval, y: Interval) -> Interval:
+        """See `Profile.range`."""
+        across, along = x - self.center[0], y - self.center[1]
+        return self.depth + (across.square() + along.square()) / (2 * self.radius)
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature:
+        """See `Profile.curvature`: 1/radius in all directions."""
+        bend = Interval.of(1.0) / self.radius
+        return Curvature(_like(bend, x, y), _like(0.0, x, y), _like(bend, x, y))
+
 
 @dataclass(frozen=True)
 class Cone(Profile):
@@ -123,6 +162,24 @@ class Cone(Profile):
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
         """Return the depths f at the points (x, y)."""
         return np.asarray(self.depth + self.slope * _distance(x, y, self.center))
+
+    def range(self, x: Interval, y: Interval) -> Interval:
+        """See `Profile.range`."""
+        across, along = x - self.center[0], y - self.center[1]
+        return self.depth + self.slope * (across.square() + along.square()).sqrt()
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature:
+        """See `Profile.curvature`: slope/r along circles, none along rays, a kink at the tip."""
+        across, along = (x - self.center[0]).square(), (y - self.center[1]).square()
+        bend = self.laplacian_range(x, y)
+        half = Interval.between(-0.5, 0.5)
+        return Curvature(bend * _part(along, across), bend * half, bend * _part(across, along))
+
+    def laplacian_range(self, x: Interval, y: Interval) -> Interval:
+        """See `Profile.laplacian_range`: slope/r."""
+        across, along = x - self.center[0], y - self.center[1]
+        distance = (across.square() + along.square()).sqrt()
+        return self.slope * _reciprocal(distance)
 
 
 @dataclass(frozen=True)
@@ -163,6 +220,21 @@ class Cylinder(Profile):
         distance = np.abs(x - self.center[0]) if self.axis == "y" else np.abs(y - self.center[1])
         return _circular_arc(self.depth, self.radius, distance)
 
+    def range(self, x: Interval, y: Interval) -> Interval:
+        """See `Profile.range`."""
+        return _arc_range(self.depth, self.radius, _like(self._beside(x, y), x, y))
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature:
+        """See `Profile.curvature`: radius²/(radius² - distance²)^(3/2) across the axis."""
+        beside = self._beside(x, y)
+        height = _height_of_arc(self.radius, beside)
+        bend, none = _like(_reciprocal(height) * (self.radius / height).square(), x, y), _like(0.0, x, y)
+        bend = Interval(bend.lower, np.where(height.lower > 0, bend.upper, np.inf))
+        return Curvature(bend, none, none) if self.axis == "y" else Curvature(none, none, bend)
+
+    def _beside(self, x: Interval, y: Interval) -> Interval:
+        return (x - self.center[0] if self.axis == "y" else y - self.center[1]).absolute()
+
 
 @dataclass(frozen=True)
 class Hemisphere(Profile):
@@ -195,6 +267,23 @@ class Hemisphere(Profile):
     def __call__(self, x: ArrayLike, y: ArrayLike) -> _Array:
         """Return the depths f at the points (x, y)."""
         return _circular_arc(self.depth, self.radius, _distance(x, y, self.center))
+
+    def range(self, x: Interval, y: Interval) -> Interval:
+        """See `Profile.range`."""
+        across, along = x - self.center[0], y - self.center[1]
+        return _arc_range(self.depth, self.radius, (across.square() + along.square()).sqrt())
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature:
+        """See `Profile.curvature`: f_xx = 1/z + x²/z³ and f_xy = xy/z³ with z² = radius² - r²."""
+        across, along = x - self.center[0], y - self.center[1]
+        height = _height_of_arc(self.radius, (across.square() + along.square()).sqrt())
+        once = _reciprocal(height)
+        thrice = once * once.square()
+        parts = (once + across.square() * thrice, across * along * thrice, once + along.square() * thrice)
+        inside = height.lower > 0
+        steep = Interval.between(-np.inf, np.inf)
+        convex = [Interval(part.lower, np.where(inside, part.upper, np.inf)) for part in parts]
+        return Curvature(convex[0], parts[1].where(inside, _like(steep, x, y)), convex[2])
 
 
 @dataclass(frozen=True)
@@ -236,6 +325,40 @@ class HillAndFloor(Profile):
         m = np.maximum(4 * across, 3 * (along + across)) / 96
         return np.asarray(np.minimum(self.floor, self.hill * m**2))
 
+    def range(self, x: Interval, y: Interval) -> Interval:
+        """See `Profile.range`."""
+        flank, ridge = self._slopes(x, y)
+        return _like(self.floor, x, y).minimum(self.hill * flank.maximum(ridge).square())
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature:
+        """See `Profile.curvature`: of the two faces of the hill and of the floor, with kinks where they meet."""
+        flank, ridge = self._slopes(x, y)
+        none = _like(0.0, x, y)
+        on_flank, on_ridge = (
+            _like(2 * self.hill * (Interval.of(part) / 96 / self.scale).square(), x, y) for part in (4.0, 3.0)
+        )
+        # (|x| + |y|)² bends upwards in a kink at either axis.
+        across, along = (_like(each, x, y).empty_of_zero for each in (x, y))
+        either = Interval(-on_ridge.upper, on_ridge.upper)
+        of_ridge = Curvature(
+            Interval(on_ridge.lower, np.where(across, on_ridge.upper, np.inf)),
+            _kinked(either, ~(across & along)),
+            Interval(on_ridge.lower, np.where(along, on_ridge.upper, np.inf)),
+        )
+        hill = _of_several(
+            [Curvature(none, none, on_flank), of_ridge],
+            [flank.upper >= ridge.lower, ridge.upper >= flank.lower],
+            downwards=False,
+        )
+        height = self.hill * flank.maximum(ridge).square()
+        return _of_several(
+            [_same(none), hill], [height.upper >= self.floor, height.lower <= self.floor], downwards=True
+        )
+
+    def _slopes(self, x: Interval, y: Interval) -> tuple[Interval, Interval]:
+        across, along = _like(y, x, y).absolute() / self.scale, _like(x, x, y).absolute() / self.scale
+        return 4.0 * across / 96, 3.0 * (along + across) / 96
+
 
 @dataclass(frozen=True, init=False)
 class Uppermost(Profile):
@@ -259,6 +382,36 @@ class Uppermost(Profile):
         """Return the depths f at the points (x, y)."""
         return np.asarray(np.minimum.reduce([np.asarray(profile(x, y)) for profile in self.profiles]))
 
+    def range(self, x: Interval, y: Interval) -> Interval | None:
+        """See `Profile.range`: of the uppermost of its profiles."""
+        known = self._ranges(x, y)
+        if known is None:
+            return None
+        least, *others = known
+        for other in others:
+            least = least.minimum(other)
+        return least
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature | None:
+        """See `Profile.curvature`: of those that may be uppermost, with kinks downwards where they meet."""
+        known = self._ranges(x, y)
+        bends = [bend for one in self._ranged if (bend := one.curvature(x, y)) is not None]
+        if known is None or len(bends) < len(self.profiles):
+            return None
+        top = np.minimum.reduce([one.upper for one in known])
+        return _of_several(bends, [one.lower <= top for one in known], downwards=True)
+
+    def _ranges(self, x: Interval, y: Interval) -> list[Interval] | None:
+        """Return what holds each of the profiles, None if that of one is not known."""
+        known = [_like(whole, x, y) for one in self._ranged if (whole := one.range(x, y)) is not None]
+        return known if len(known) == len(self.profiles) else None
+
+    @property
+    def _ranged(self) -> list[Ranged]:
+        """Those of the profiles that tell what they do on rectangles."""
+        several: tuple[Any, ...] = self.profiles
+        return [one for one in several if isinstance(one, Ranged)]
+
     def __repr__(self) -> str:
         return f"Uppermost({', '.join(map(repr, self.profiles))})"
 
@@ -272,6 +425,76 @@ def _circular_arc(depth: float, radius: float, distance: _Array) -> _Array:
     inside = np.minimum(distance / radius, 1.0)
     fall = radius * (inside / (1.0 + np.sqrt((1.0 - inside) * (1.0 + inside))) * inside)
     return np.asarray(np.where(distance <= radius, depth + fall, np.inf))
+
+
+def _arc_range(depth: float, radius: float, distance: Interval) -> Interval:
+    """Return what holds the depths of an arc at distances from its crown: they grow with the distance."""
+    near, far = Interval.of(np.minimum(distance.lower, radius)), Interval.of(np.minimum(distance.upper, radius))
+    ends = [depth + one.square() / (radius + _height_of_arc(radius, one)) for one in (near, far)]
+    beside = distance.lower > radius
+    return Interval(np.where(beside, np.inf, ends[0].lower), np.where(distance.upper > radius, np.inf, ends[1].upper))
+
+
+def _height_of_arc(radius: float, distance: Interval) -> Interval:
+    """Return what holds the height of an arc above its springing line."""
+    return ((radius - distance) * (radius + distance)).sqrt()
+
+
+def _reciprocal(positive: Interval) -> Interval:
+    """Return what holds 1/z for numbers z >= 0, infinite where z may be 0."""
+    found = 1.0 / positive.where(positive.lower > 0, Interval.of(np.ones(positive.lower.shape)))
+    with np.errstate(divide="ignore", over="ignore"):
+        least = np.nextafter(1 / positive.upper, 0.0)
+    return Interval(np.where(positive.lower > 0, found.lower, least), np.where(positive.lower > 0, found.upper, np.inf))
+
+
+def _part(own: Interval, other: Interval) -> Interval:
+    """Return what holds a/(a + b) of numbers >= 0, which grows with a and falls with b."""
+    ends = []
+    for a, b in ((own.lower, other.upper), (own.upper, other.lower)):
+        a, b = np.broadcast_arrays(a, b)
+        whole = Interval.of(a) + Interval.of(b)
+        ends.append(Interval.of(a) / whole.where(whole.lower > 0, Interval.of(np.ones(a.shape))))
+    return Interval(np.maximum(ends[0].lower, 0.0), np.clip(ends[1].upper, ends[0].lower, 1.0))
+
+
+def _of_several(pieces: list[Curvature], there: list[NDArray[np.bool_]], *, downwards: bool) -> Curvature:
+    """Return what holds the second derivatives of the least, or of the greatest, of several functions.
+
+    Parameters
+    ----------
+    pieces : list of Curvature
+    there : list of array of bool
+        Where each may be the least, or the greatest.
+    downwards : bool
+        Whether it is the least that counts: where two meet, it bends downwards in a kink, the greatest upwards.
+    """
+    several = np.add.reduce([np.asarray(one, dtype=np.int64) for one in there]) > 1
+    found = []
+    for parts in zip(*pieces, strict=True):
+        lower = np.minimum.reduce([np.where(one, part.lower, np.inf) for one, part in zip(there, parts, strict=True)])
+        upper = np.maximum.reduce([np.where(one, part.upper, -np.inf) for one, part in zip(there, parts, strict=True)])
+        found.append(Interval(lower, upper))
+    if downwards:
+        straight = [Interval(np.where(several, -np.inf, part.lower), part.upper) for part in found]
+    else:
+        straight = [Interval(part.lower, np.where(several, np.inf, part.upper)) for part in found]
+    return Curvature(straight[0], _kinked(found[1], several), straight[2])
+
+
+def _kinked(part: Interval, where: NDArray[np.bool_]) -> Interval:
+    return Interval(np.where(where, -np.inf, part.lower), np.where(where, np.inf, part.upper))
+
+
+def _same(part: Interval) -> Curvature:
+    return Curvature(part, part, part)
+
+
+def _like(value: Interval | float, x: Interval, y: Interval) -> Interval:
+    """Return an interval for each of the rectangles."""
+    part = value if isinstance(value, Interval) else Interval.of(value)
+    shape = np.broadcast_shapes(x.lower.shape, y.lower.shape)
+    return Interval(np.broadcast_to(part.lower, shape), np.broadcast_to(part.upper, shape))
 
 
 def _check_center(center: tuple[float, float]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,24 @@ _NOWHERE: Mask = np.zeros(0, dtype=np.bool_)
 def _nowhere(size: int) -> Mask:
     """Return a mask of no node, which takes no memory, but longer to make than it should."""
     return np.broadcast_to(np.False_, (size,))
+
+
+class ReactionTerms(NamedTuple):
+    """Two ways to bound a sum of reactions: of any nodes by the first two, and of all nodes by the others as well.
+
+    Attributes
+    ----------
+    lower, upper : array, shape (n,)
+        Bounds of each node's reaction (force).
+    forces, product, reach : array, shape (n,)
+        q, the products c_i ω*_i with the column sums c of G as computed, and bounds of the errors of these (force).
+    """
+
+    lower: Vector
+    upper: Vector
+    forces: Vector
+    product: Vector
+    reach: Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,8 +199,15 @@ class Certificate:
         It is the better of two: the sum of the nodes' own brackets, and Σq + cᵀω* with the column sums c of G, which on
         a lattice are zero but beside the frame.
         """
-        lower, upper = self.reaction
-        low, high = sum_below(lower), sum_above(upper)
+        terms = self.reaction_terms()
+        low, high = sum_below(terms.lower), sum_above(terms.upper)
+        if np.isfinite(terms.product).all() and np.isfinite(terms.reach).all():
+            low = max(low, sum_below([*terms.forces, *terms.product, *-terms.reach]))
+            high = min(high, sum_above([*terms.forces, *terms.product, *terms.reach]))
+        return Bracket(max(0.0, low) if self.problem.one_sided else low, high)
+
+    def reaction_terms(self) -> ReactionTerms:
+        """Return what the bracket of the total reaction is summed of."""
         problem = self.problem
         with np.errstate(over="ignore", invalid="ignore"):
             columns, slack = problem.stiffness.transposed.enclosed_product(np.ones(problem.size))
@@ -190,10 +215,7 @@ class Certificate:
             product = columns * middle
             reach = np.abs(columns) * radius + slack * (np.abs(middle) + radius)
             reach = (reach + 4 * UNIT_ROUNDOFF * np.abs(product) + UNDERFLOW) * (1 + 16 * UNIT_ROUNDOFF)
-        if np.isfinite(product).all() and np.isfinite(reach).all():
-            low = max(low, sum_below([*problem.q, *product, *-reach]))
-            high = min(high, sum_above([*problem.q, *product, *reach]))
-        return Bracket(max(0.0, low) if problem.one_sided else low, high)
+        return ReactionTerms(*self.reaction, problem.q, product, reach)
 
     def intersects(self, other: Certificate) -> bool:
         """Whether one and the same solution can satisfy both enclosures, so that two answers are compatible."""

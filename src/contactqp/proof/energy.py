@@ -44,6 +44,7 @@ from ..foundation.rounding import UNIT_ROUNDOFF
 from ..methods.factors import factorised
 from ..methods.linear import solver
 from ..models.base import ContactModel, split
+from ..problem.barrier import Barrier
 from ..problem.contact_problem import ContactProblem
 from .enclosure import surplus_part
 from .sharper import SHARP_SIZE
@@ -138,15 +139,65 @@ def energy_bracket(problem: ContactProblem | ContactModel, gap: ArrayLike) -> Br
     """
     algebra = _with_energy(problem)
     omega = vector(gap, algebra.size, "gap")
-    admissible = algebra.project(omega)
-    with np.errstate(over="ignore", invalid="ignore"):
-        reaction = algebra.bounds.admissible_reaction(algebra.reaction(admissible))
-        high = _energy_above(algebra, admissible)
-        low = _energy_below(algebra, reaction, admissible)
-        if low < high:
+    nodes = Nodes(algebra)
+    admissible, reaction = admissible_state(algebra, omega)
+    low, high = bracket_at(nodes, admissible, reaction)
+    if low < high:
+        with np.errstate(over="ignore", invalid="ignore"):
             solved = _tried(algebra, reaction - algebra.q)
-            low = low if solved is None else max(low, _energy_below(algebra, reaction, solved))
+            low = low if solved is None else max(low, _energy_below(nodes, reaction, solved))
     return Bracket(low, high)
+
+
+class Nodes:
+    """All nodes of a problem: how G acts on them, what is proven of its inverse, and how something is summed over them.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+    """
+
+    def __init__(self, problem: ContactProblem) -> None:
+        self.problem = problem
+
+    @property
+    def barrier(self) -> Barrier | None:
+        """A barrier of the comparison matrix, where there is one."""
+        return self.problem.comparison_barrier
+
+    def product(self, x: Vector) -> tuple[Vector, Vector]:
+        """Return Gx + q, and a bound of its error: in about twice the precision where that is affordable."""
+        problem = self.problem
+        if problem.size <= SHARP_SIZE:
+            value, error = problem.stiffness.accurate_product(x, np.zeros_like(x), problem.q)
+            if np.isfinite(value).all() and np.isfinite(error).all():
+                return value, error
+        return problem.stiffness.enclosed_product(x, problem.q)
+
+    def any(self, *vectors: Vector) -> bool:
+        """Whether any number at any node is not zero."""
+        return any(bool(each.any()) for each in vectors)
+
+    def largest(self, values: Vector) -> float:
+        """Return the largest of some values >= 0."""
+        return float(values.max())
+
+    def inner_between(self, x: Vector, y: Vector, error: Vector) -> Bracket:
+        """Return a bracket of Σ x_i y_i, where each y_i is known to within an error."""
+        return inner_between(x, y, error)
+
+
+def admissible_state(problem: ContactProblem, gap: Vector) -> tuple[Vector, Vector]:
+    """Return the gap between the bounds, and the reaction that they can exert, next to an answer."""
+    admissible = problem.project(gap)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return admissible, problem.bounds.admissible_reaction(problem.reaction(admissible))
+
+
+def bracket_at(nodes: Nodes, gap: Vector, reaction: Vector) -> Bracket:
+    """Return -E_c(R) and E(ω) of an admissible state, rounded outwards, without a linear solve: x is ω."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return Bracket(_energy_below(nodes, reaction, gap), _energy_above(nodes, gap))
 
 
 def _with_energy(problem: ContactProblem | ContactModel) -> ContactProblem:
@@ -156,50 +207,51 @@ def _with_energy(problem: ContactProblem | ContactModel) -> ContactProblem:
     return algebra
 
 
-def _energy_above(problem: ContactProblem, gap: Vector) -> float:
+def _energy_above(nodes: Nodes, gap: Vector) -> float:
     """Return an upper bound of E(ω) of a gap."""
-    reaction, error = _product(problem, gap)
-    force = reaction + problem.q
+    reaction, error = nodes.product(gap)
+    force = reaction + nodes.problem.q
     error = error + UNIT_ROUNDOFF * np.abs(force) * _GROW
-    return _half(_inner_between(gap, force, error).upper, np.inf)
+    return _half(nodes.inner_between(gap, force, error).upper, np.inf)
 
 
-def _energy_below(problem: ContactProblem, reaction: Vector, x: Vector) -> float:
+def _energy_below(nodes: Nodes, reaction: Vector, x: Vector) -> float:
     """Return a lower bound of -E_c(R) of a reaction, by an approximate solution of Gx = R - q."""
-    product, error = _product(problem, x)
+    problem = nodes.problem
+    product, error = nodes.product(x)
     left, force = reaction - product, reaction - problem.q
     error = error + UNIT_ROUNDOFF * np.abs(left) * _GROW
-    if not x.any() and not force.any():
+    if not nodes.any(x, force):
         left, error = np.zeros_like(left), np.zeros_like(left)  # Gx = R - q exactly
     work = force + left
     slack = (error + UNIT_ROUNDOFF * (np.abs(force) + np.abs(work))) * _GROW
-    known = _half(_inner_between(x, work, slack).upper, np.inf)
-    rest = _half(_most_of_inverse(problem, (np.abs(left) + error) * _GROW), np.inf)
+    known = _half(nodes.inner_between(x, work, slack).upper, np.inf)
+    rest = _half(_most_of_inverse(nodes, (np.abs(left) + error) * _GROW), np.inf)
     nearest = np.where(reaction > 0, _finite(problem.lower), _finite(problem.upper))
-    at_bounds = _inner_between(reaction, nearest, np.zeros_like(nearest)).lower
+    at_bounds = nodes.inner_between(reaction, nearest, np.zeros_like(nearest)).lower
     parts = [at_bounds, -known, -rest]
     if np.isnan(parts).any() or np.isinf(parts).any():
         return -np.inf
     return sum_below(parts) if any(parts) else 0.0
 
 
-def _most_of_inverse(problem: ContactProblem, most: Vector) -> float:
+def _most_of_inverse(nodes: Nodes, most: Vector) -> float:
     """Return an upper bound of ρᵀG⁻¹ρ for all ρ with |ρ_i| at most as large as given; infinite where none is known."""
-    if not most.any():
+    if not nodes.any(most):
         return 0.0
-    barrier = problem.comparison_barrier
+    problem, barrier = nodes.problem, nodes.barrier
     if barrier is not None:
         share = _surplus_part(problem, barrier.v, barrier.s)
         # A subnormal quotient has lost digits, which what it is multiplied by may make much of.
-        largest = float((most / barrier.s).max()) + _TINY
+        largest = nodes.largest(most / barrier.s) + _TINY
         multiple = largest * _GROW / (1 - share) * _GROW if share < 1 else np.inf
-        above = _inner_between(most, np.asarray(barrier.v), np.zeros_like(most)).upper
+        above = nodes.inner_between(most, np.asarray(barrier.v), np.zeros_like(most)).upper
         return multiple * above * _GROW + _TINY
     found = problem.least_eigenvalue
     if found is None:
         return np.inf
     balanced = most * found.units * _GROW
-    return _inner_between(balanced, balanced, np.zeros_like(most)).upper / found.bound * _GROW + _TINY
+    return nodes.inner_between(balanced, balanced, np.zeros_like(most)).upper / found.bound * _GROW + _TINY
 
 
 def _surplus_part(problem: ContactProblem, v: Vector, s: Vector) -> float:
@@ -210,16 +262,7 @@ def _surplus_part(problem: ContactProblem, v: Vector, s: Vector) -> float:
     return surplus_part(problem.stiffness, surplus, v, s) * _GROW
 
 
-def _product(problem: ContactProblem, vector: Vector) -> tuple[Vector, Vector]:
-    """Return Gx + q, and a bound of its error: in about twice the precision where that is affordable and possible."""
-    if problem.size <= SHARP_SIZE:
-        value, error = problem.stiffness.accurate_product(vector, np.zeros_like(vector), problem.q)
-        if np.isfinite(value).all() and np.isfinite(error).all():
-            return value, error
-    return problem.stiffness.enclosed_product(vector, problem.q)
-
-
-def _inner_between(x: Vector, y: Vector, error: Vector) -> Bracket:
+def inner_between(x: Vector, y: Vector, error: Vector) -> Bracket:
     """Return a bracket of Σ x_i y_i, where each y_i is known to within an error; exact zero where nothing is added."""
     product = x * y
     slack = (np.abs(x) * error + UNIT_ROUNDOFF * np.abs(product)) * _GROW

@@ -43,6 +43,11 @@ class Measures(ABC):
         """
 
     @property
+    def shut(self) -> bool:
+        """Whether no force opens a gap, see `ContactProblem.shut`."""
+        return self.problem.shut
+
+    @property
     def estimated_error(self) -> float:
         """What iterations go on by (length): `gap_bound`, and where nothing is proven an estimate of the error."""
         return self.gap_bound
@@ -60,7 +65,7 @@ class Measures(ABC):
         gap scale; where no force opens a gap, the gap scale counts unabated.
         """
         scale = self.problem.gap_scale
-        measured = scale if self.problem.shut else max(min(scale, self.largest_deflection), _LEAST_ANSWER * scale)
+        measured = scale if self.shut else max(min(scale, self.largest_deflection), _LEAST_ANSWER * scale)
         return max(measured, float(np.finfo(np.float64).tiny))
 
     @property

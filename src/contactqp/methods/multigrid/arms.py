@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from ...foundation.loading import load_modules
 from ...geometry.numbering import Grid, Layout
 from ...geometry.runs import STIFF
 from .lattice_kernels import ArmKind
+from .rows import Rows
 
 ArmStiffness: TypeAlias = "float | Grid"
 
@@ -41,9 +42,13 @@ class Arms:
         are none of these.
     rim : bool
         Whether the ground is known to hold nodes beside the frame alone.
+    part : Rows, optional
+        The rows that layout and arrays hold; by default all.
 
     Attributes
     ----------
+    rows, columns, size : int
+        Rows, columns and nodes of the whole lattice.
     layout : Layout
         It tells how each node is held (see `contactqp.geometry.runs`): stiff is one beside the frame whose arm to the
         ground, as where the contour cuts its arms short, outweighs the others; the coarse levels take it for frame.
@@ -57,8 +62,12 @@ class Arms:
         ground: ArmStiffness = 0.0,
         *,
         rim: bool = False,
+        part: Rows | None = None,
     ) -> None:
-        self.rows, self.columns = layout.rows, layout.columns
+        self.part = Rows(layout.rows) if part is None else part
+        self.rows, self.columns = self.part.count, layout.columns
+        own = layout.mask[self.part.first - 1 : self.part.last - 1]
+        self.size = sum(self.part.everyones([int(np.count_nonzero(own))]))
         self.across, self.along, self.ground, self._rim = across, along, ground, rim
         self.layout = layout if isinstance(ground, float) else layout.with_holds(self._holds(layout.mask, ground))
         self.typical_arms = _typical(across), _typical(along)
@@ -144,24 +153,28 @@ class Arms:
         if self.row_coarsening * self.column_coarsening == 1:
             return None
         down, right = self.row_coarsening, self.column_coarsening
-        rows, columns = self.coarse_shape()
-        mask = np.ascontiguousarray(self.layout.mask[down - 1 :: down, right - 1 :: right][:rows, :columns])
-        kinds = self.layout.kinds
-        if kinds is not None:
-            kinds = np.ascontiguousarray(kinds[down - 1 :: down, right - 1 :: right][:rows, :columns])
-        if not mask.any():
+        part = self.part.coarser(self.coarse_shape()[0], down)
+        mask = self._picked(self.layout.mask, part)
+        kinds = None if self.layout.kinds is None else self._picked(self.layout.kinds, part)
+        if not any(part.everyones([bool(mask.any())])):
             return None
         across, along = self.across, self.along
         if isinstance(across, float) and isinstance(along, float):
             across, along = across * down / right, along * right / down
             if isinstance(self.ground, float):
-                return Arms(Layout(mask, kinds), across, along)
+                return Arms(Layout(mask, kinds), across, along, part=part.alone)
             held = self._coarse_rim(mask)
             if not self._rim:
                 springs = np.where(self.layout.mask & ~_beside_frame(self.layout.mask), self.ground, 0.0)
                 held += _gathered(_gathered(springs, down).T, right).T
             return Arms(Layout(mask, kinds), across, along, held, rim=self._rim)
         return self._coarser_varying(mask, kinds)
+
+    def _picked(self, points: NDArray[Any], part: Rows) -> NDArray[Any]:
+        """Return what holds at the points of the next coarser lattice, whose rows a part holds."""
+        grid = np.pad(points[:, self.column_coarsening - 1 :: self.column_coarsening], ((1, 1), (0, 0)))
+        picked = part.picked(grid, self.part, self.row_coarsening)
+        return np.ascontiguousarray(picked[1:-1, : self.coarse_shape()[1]])
 
     def _coarse_rim(self, mask: Mask) -> Grid:
         """Return by how much coarse nodes' arms to the frame are stiffer than the equal ones, for each coarse node."""

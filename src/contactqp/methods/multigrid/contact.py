@@ -19,6 +19,7 @@ from ...geometry.numbering import Grid
 from ...geometry.runs import FREE, KIND
 from .arms import Arms
 from .lattice_kernels import exchange_kernels, lattice_kernels, start_from_coarse
+from .rows import HALO
 from .weighted_hierarchy import hierarchy_of
 
 _SWEEPS = 3
@@ -86,7 +87,9 @@ class ContactMultigrid:
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
         self._kernels = lattice_kernels(lattice.kind)
         self._exchange = exchange_kernels(lattice.kind, self.hierarchy.levels[0].plan.precision)
-        self._strips = team.strips(1, lattice.rows + 1, lattice.columns, _LEAST_STRIP)
+        self._part = lattice.part
+        self._strips = team.strips(*self._part.near(0), lattice.columns, _LEAST_STRIP)
+        self._swept = team.strips(*self._part.near(_AT_ONCE - 1), lattice.columns, _LEAST_STRIP)
         self._place = lattice.layout.runs, lattice.layout.row_start
         self._bounded_place = *limits, *self._place
         first = self.hierarchy.levels[0]
@@ -108,8 +111,10 @@ class ContactMultigrid:
 
     def start(self, height: Grid, coarse_deflection: Grid) -> None:
         """Start from ``height`` less the interpolated deflection of the next coarser lattice."""
-        arguments = self.omega, height, coarse_deflection, *self._coarsening, *self._bounded_place
+        deflection = self.hierarchy.levels[0].beneath(coarse_deflection)
+        arguments = self.omega, height, deflection, *self._coarsening, *self._bounded_place
         self.team.run(start_from_coarse, self._strips, *arguments)
+        self._part.share(self.omega, reach=_AT_ONCE)
 
     def relax(self) -> None:
         """Sweep, and measure and restrict what is left."""
@@ -125,15 +130,17 @@ class ContactMultigrid:
 
     def correct(self) -> None:
         """Correct the free nodes from the coarse levels; to be called after `relax`."""
-        if self.hierarchy.changed.any():
+        if self.hierarchy.stale:
             self.hierarchy.update()
             self.work += self.hierarchy.points
         self.hierarchy.cycle()
         if not self._next.size:
             self._next = self.lattice.layout.zeros()
-        correction = self.hierarchy.levels[0].correction
+        first = self.hierarchy.levels[0]
+        correction = first.beneath(first.correction)
         arguments = self.omega, self._next, correction, *self._coarsening, *self._bounded_place
-        self.cut = sum(self.team.run(self._exchange.correct, self._strips, *arguments))
+        self.cut = sum(self._part.everyones(self.team.run(self._exchange.correct, self._strips, *arguments)))
+        self._part.share(self._next, reach=_AT_ONCE)
         self.work += 1 + self.hierarchy.cycle_work
         careful = self.cut or (self._careful and len(self._past) < 2)
         self.damping = self._line_search() if careful else 1.0
@@ -148,7 +155,8 @@ class ContactMultigrid:
 
     def rest(self) -> float:
         """Return the force out of balance that rounding errors alone may leave."""
-        largest = max(abs(float(self.omega.max())), abs(float(self.omega.min())))
+        own = self.omega[self._part.first : self._part.last]
+        largest = max(self._part.everyones([max(abs(float(own.max())), abs(float(own.min())))]))
         return 4 * float(np.finfo(np.float64).eps) * largest * self.lattice.stiffest
 
     def last_step(self) -> float:
@@ -159,7 +167,7 @@ class ContactMultigrid:
         """Return q + Gω, summed with the weights of bilinear interpolation, at the next coarser lattice's nodes."""
         unsupported = self.lattice.layout.runs.copy()
         unsupported[:, KIND] = FREE
-        self._restrict(unsupported)
+        self._restrict(unsupported, reach=HALO)
         return np.negative(self.hierarchy.levels[0].residual[1:-1, 1:-1])
 
     def energy(self) -> float:
@@ -172,20 +180,26 @@ class ContactMultigrid:
         problem = self.omega, self.q, *self.lattice.stiffnesses, *self._bounded_place
         for first in range(0, half_sweeps, _AT_ONCE):
             count = min(_AT_ONCE, half_sweeps - first)
-            self.team.run(self._kernels.sweep, self._strips, *problem, first, count)
-            for border, _ in self._strips[1:]:
+            self.team.run(self._kernels.sweep, self._swept, *problem, first, count)
+            for border, _ in self._swept[1:]:
                 for k in range(1, count):
                     self._kernels.sweep(*problem, first + k, 1, border - k, border + k)
+            self._part.share(self.omega, reach=_AT_ONCE)
 
-    def _restrict(self, runs: NDArray[np.int64]) -> tuple[int, float]:
-        """Restrict the residual; see `lattice_kernels`."""
+    def _restrict(self, runs: NDArray[np.int64], reach: int = 2) -> tuple[int, float]:
+        """Restrict the residual, see `lattice_kernels`, and share it so far."""
         first = self.hierarchy.levels[0]
         place = *self.limits, runs, self.lattice.layout.row_start
         problem = self.omega, self.q, *self.lattice.stiffnesses, *place
         marks = self.hierarchy.free, self.hierarchy.changed
-        arguments = *problem, *marks, first.residual, *self._coarsening, 1 / self.lattice.reach
-        found = self.team.run(self._exchange.restrict_residual, first.strips, *arguments)
-        return sum(changes for changes, _ in found), max(worst for _, worst in found)
+        arguments = *problem, *marks, first.beneath(first.residual), *self._coarsening, 1 / self.lattice.reach
+        found = self._part.everyones(self.team.run(self._exchange.restrict_residual, first.given, *arguments))
+        first.part.share(first.residual, reach=reach)
+        changes = sum(changes for changes, _ in found)
+        if changes:
+            self.hierarchy.stale = True
+            self._part.share(*marks, reach=2)
+        return changes, max(worst for _, worst in found)
 
     def _accelerate(self, older: Grid, before: Grid) -> None:
         """Go to the least energy in the plane of this cycle's step and the last one's, unless that leaves the bounds.
@@ -195,8 +209,8 @@ class ContactMultigrid:
         self._past[1] = before.copy()
         self.team.run(self._kernels.directions, self._strips, self.omega, before, older, *self._bounded_place)
         arguments = self.omega, before, older, self.q, *self.lattice.stiffnesses, *self._place
-        sums = self.team.run(self._kernels.plane, self._strips, *arguments)
-        first_slope, second_slope, first, common, second = (float(sum(part)) for part in zip(*sums, strict=True))
+        found = self.team.run(self._kernels.plane, self._part.blocks, *arguments)
+        first_slope, second_slope, first, common, second = self._part.sums(found)
         determinant = first * second - common * common
         self.work += 4
         if determinant > _DEPENDENT * first * second:
@@ -218,8 +232,7 @@ class ContactMultigrid:
     def _line_search(self) -> float:
         """Shorten the step to the least energy along it; it stays feasible, because both of its ends are."""
         arguments = self.omega, self._next, self.q, *self.lattice.stiffnesses, *self._place
-        sums = self.team.run(self._kernels.energy_slope, self._strips, *arguments)
-        slope, curvature = (float(sum(part)) for part in zip(*sums, strict=True))
+        slope, curvature = self._part.sums(self.team.run(self._kernels.energy_slope, self._part.blocks, *arguments))
         self.work += 1
         if slope + curvature <= 0 or curvature <= 0:
             return 1.0

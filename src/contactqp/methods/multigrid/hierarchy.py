@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -14,11 +15,18 @@ from ...foundation.threads import Team
 from ..multigrid import galerkin_kernels
 from .arms import Arms, coarsening
 from .level_kernels import LevelKernels, TransferKernels, level_kernels, transfer_kernels
+from .rows import Rows
 
 _COARSEST_SWEEPS = 10
 
 _DIRECT = 300
 """Points of a level that is solved by elimination, where arms differ."""
+
+_VISITED = 2
+"""So far vectors are looked at on a visit of their level, see `Hierarchy.cycle`."""
+
+_COARSENED = 4
+"""So far an operator is looked at when the next coarser one is made."""
 
 _SINGLE_PRECISION_REACH = 5e5
 """Up to this error per rounding error (see `lattice.Net.reach`) a correction may be rounded to single precision.
@@ -61,28 +69,65 @@ class Level:
     ----------
     plan : Plan
     team : Team
+    above : Rows
+        Of the level above, or of the lattice.
     finer : Plan, optional
         Of the level above; None for the first one, above which the lattice is.
+
+    Attributes
+    ----------
+    part : Rows
+        The rows that its arrays hold.
+    strips, beside, about : list of (int, int)
+        The rows that are worked on; those and the next ones on either side, and the next two.
+    given : list of (int, int)
+        Its own rows, as kernels number them that come from the level above: see `beneath`.
     """
 
-    def __init__(self, plan: Plan, team: Team, finer: Plan | None = None) -> None:
+    def __init__(self, plan: Plan, team: Team, above: Rows, finer: Plan | None = None) -> None:
         self.plan, self._finer = plan, finer
-        shape = (plan.rows + 2, plan.columns + 2)
         self.factors = plan.row_coarsening, plan.column_coarsening
-        self.strips = team.strips(1, plan.rows + 1, plan.columns)
+        self.part = above.coarser(plan.rows, plan.row_coarsening)
+        shape = (self.part.height, plan.columns + 2)
+        self.strips, self.beside, self.about = (team.strips(*self.part.near(reach), plan.columns) for reach in range(3))
+        highest = above.offset // plan.row_coarsening
+        self._shift = highest - self.part.offset
+        self.given = team.strips(self.part.own[0] - highest, self.part.own[1] - highest, plan.columns)
         self.stencil = np.zeros((6, *shape), dtype=plan.stencil_precision)
         self.weights = np.zeros((8, *shape) if plan.weighted else (0, 0, 0), dtype=np.float32)
         self.exchange_weights: Any = self.weights if plan.weighted else 0.0
         self.kind = np.zeros(shape, dtype=np.uint8)
-        self.changed = np.zeros(plan.rows + 2, dtype=np.uint8)
+        self.changed = np.zeros(self.part.height, dtype=np.uint8)
         self.constant = np.zeros(6, dtype=np.float32)
         self.residual, self.correction, self.spare = (np.zeros(shape, dtype=plan.precision) for _ in range(3))
         self.kept, self.image = (np.zeros(shape if plan.weighted else (0, 0)) for _ in range(2))
+
+    def beneath(self, array: NDArray[Any]) -> NDArray[Any]:
+        """Return the rows of an array from where the arrays of the level above begin, as kernels count them."""
+        return array[self._shift :] if self._shift else array
+
+    def coarsen(self, run: Callable[[NDArray[Any], NDArray[Any], NDArray[Any]], None]) -> None:
+        """Let a kernel write the operator's own rows, with kinds and marks of what has changed, and share them."""
+        kind, changed = self.beneath(self.kind), self.beneath(self.changed)
+        if not self._shift:
+            run(self.stencil, kind, changed)
+        else:
+            written = np.zeros((6, *kind.shape), dtype=self.stencil.dtype)
+            run(written, kind, changed)
+            rows = self.given[0][0] + np.flatnonzero(changed[self.given[0][0] : self.given[-1][1]])
+            self.stencil[:, rows + self._shift] = written[:, rows]
+        self.part.share(self.stencil, reach=_COARSENED, axis=1)
+        self.part.share(self.kind, self.changed, reach=_COARSENED)
 
     @cached_property
     def kernels(self) -> LevelKernels:
         """The passes over it; looked up once, as a cycle visits small levels dozens of times."""
         return level_kernels(self.plan.precision, self.plan.stencil_precision)
+
+    @property
+    def points(self) -> int:
+        """Points of the whole level, with the ring about it."""
+        return (self.plan.rows + 2) * (self.plan.columns + 2)
 
     @cached_property
     def transfers(self) -> TransferKernels:
@@ -101,61 +146,54 @@ class Hierarchy:
         the operators are truncated.
     changed : array of uint8, shape (rows + 2,)
         1 for the rows in which `free` has changed since the operators were computed.
+    stale : bool
+        Whether there are any.
     """
 
     def __init__(self, lattice: Arms, team: Team) -> None:
         self.lattice, self.team = lattice, team
         self.free: NDArray[np.uint8] = lattice.layout.zeros(np.uint8)
         self.free[1:-1, 1:-1] = lattice.marks()
-        self.changed = np.ones(lattice.rows + 2, dtype=np.uint8)
-        self.levels = [Level(plan, team, finer) for finer, plan in pairwise([None, *plans(lattice)]) if plan]
+        self.changed, self.stale = np.ones(lattice.part.height, dtype=np.uint8), True
+        self.levels: list[Level] = []
+        above = lattice.part
+        for finer, plan in pairwise([None, *plans(lattice)]):
+            if plan is not None:
+                self.levels.append(Level(plan, team, above, finer))
+                above = self.levels[-1].part
         self._set_up()
 
     def update(self) -> None:
         """Compute the rows of all operators that changed rows have a share in."""
         first, lattice = self.levels[0], self.lattice
-        self.team.run(
-            galerkin_kernels.coarsen_lattice(lattice.kind),
-            first.strips,
-            self.free,
-            self.changed,
-            lattice.across,
-            lattice.along,
-            lattice.ground,
-            first.constant,
-            first.stencil,
-            first.kind,
-            first.changed,
-            *first.factors,
-            True,
-        )
-        self._set_factors(first)
+        coarsen = galerkin_kernels.coarsen_lattice(lattice.kind)
+        self._coarsen(first, coarsen, self.free, self.changed, *lattice.stiffnesses, more=(True,))
         for finer, level in pairwise(self.levels):
-            self.team.run(
-                galerkin_kernels.coarsen_level,
-                level.strips,
-                finer.stencil,
-                finer.kind,
-                finer.changed,
-                level.constant,
-                level.stencil,
-                level.kind,
-                level.changed,
-                *level.factors,
-            )
-            self._set_factors(level)
-        self.changed[:] = 0
+            self._coarsen(level, galerkin_kernels.coarsen_level, finer.stencil, finer.kind, finer.changed)
+        self.settled()
 
-    def _set_factors(self, level: Level) -> None:
-        self.team.run(
-            galerkin_kernels.set_factors, level.strips, level.stencil, level.kind, level.changed, level.constant
-        )
+    def settled(self) -> None:
+        """Take note that the operators are those of the free nodes."""
+        self.changed[:] = 0
+        self.stale = False
+
+    def _coarsen(self, level: Level, kernel: Any, *finer: Any, more: tuple[Any, ...] = ()) -> None:
+        def run(stencil: NDArray[Any], kind: NDArray[Any], changed: NDArray[Any]) -> None:
+            operator = level.constant, stencil, kind, changed
+            self.team.run(kernel, level.given, *finer, *operator, *level.factors, *more)
+
+        level.coarsen(run)
+        operator = level.stencil, level.kind, level.changed, level.constant
+        self.team.run(galerkin_kernels.set_factors, level.about, *operator)
 
     def cycle(self, depth: int = 0, *, full: bool = True) -> None:
         """Do a cycle from zero for the ``residual`` of the level; its ``correction`` is the result.
 
         An F-cycle: the next coarser level is corrected by an F-cycle and then by a V-cycle, which costs little more
         than a V-cycle where each level has a quarter of the points, and half of the contraction factor.
+
+        Where others hold the rows beside, what they hold is known two rows far, of ``residual`` and ``correction``; the
+        first smoothing and the interpolation go as far as what follows looks, so that two messages a visit suffice.
         """
         level = self.levels[depth]
         if depth == len(self.levels) - 1:
@@ -163,29 +201,31 @@ class Hierarchy:
             return
         run, coarse = self.team.run, self.levels[depth + 1]
         kernels = level.kernels
-        run(kernels.smooth_from_zero, level.strips, level.stencil, level.residual, level.correction)
+        run(kernels.smooth_from_zero, level.about, level.stencil, level.residual, level.correction)
         for full_below in (True, False) if full else (False,):
             self._restrict(level, coarse)
             self.cycle(depth + 1, full=full_below)
             self._interpolate(level, coarse)
             run(kernels.smooth, level.strips, level.stencil, level.residual, level.correction, level.spare)
             level.correction, level.spare = level.spare, level.correction
+            level.part.share(level.correction, reach=_VISITED)
 
     def _solve_coarsest(self, level: Level) -> None:
         level.kernels.solve_coarsest(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
 
     def _restrict(self, level: Level, coarse: Level) -> None:
         state = level.stencil, level.residual, level.correction
-        self.team.run(coarse.transfers.restrict, coarse.strips, *state, coarse.residual, *coarse.factors)
+        self.team.run(coarse.transfers.restrict, coarse.given, *state, coarse.beneath(coarse.residual), *coarse.factors)
+        coarse.part.share(coarse.residual, reach=_VISITED)
 
     def _interpolate(self, level: Level, coarse: Level) -> None:
-        vectors = level.correction, coarse.correction
-        self.team.run(coarse.transfers.add_interpolated, level.strips, *vectors, *coarse.factors)
+        vectors = level.correction, coarse.beneath(coarse.correction)
+        self.team.run(coarse.transfers.add_interpolated, level.beside, *vectors, *coarse.factors)
 
     @cached_property
     def points(self) -> float:
         """Points of all levels over the lattice's nodes."""
-        return sum(level.residual.size for level in self.levels) / self.lattice.layout.size
+        return sum(level.points for level in self.levels) / self.lattice.size
 
     @cached_property
     def cycle_work(self) -> float:
@@ -194,8 +234,8 @@ class Hierarchy:
         A level is visited once more than the one above it; a visit is four passes (two steps of Jacobi's method, the
         residual and the interpolation).
         """
-        visits = sum((depth + 1) * level.residual.size for depth, level in enumerate(self.levels))
-        return 4 * visits / self.lattice.layout.size
+        visits = sum((depth + 1) * level.points for depth, level in enumerate(self.levels))
+        return 4 * visits / self.lattice.size
 
     def _set_up(self) -> None:
         """Compute each level's operator far from frame and contact, on a small lattice without either."""

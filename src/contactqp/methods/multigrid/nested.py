@@ -88,9 +88,9 @@ class Nest:
         coarser = Nest(coarse, solver.team)
         coarse_q, coarse_height, coarse_limits = self._coarse_problem(coarse, height)
         coarser.begin(coarse_q, coarse_height, report, coarse_limits, keep=keep)
-        report(coarse.layout.size)
+        report(coarse.size)
         coarser.cycle(_CYCLES_A_LEVEL)
-        solver.work = coarser.solver.work * coarse.layout.size / solver.lattice.layout.size + 1
+        solver.work = coarser.solver.work * coarse.size / solver.lattice.size + 1
         np.subtract(coarse_height, coarser.solver.omega, out=coarse_height)
         self._coarser = coarser if keep else None
         del coarser
@@ -135,7 +135,7 @@ class Nest:
         decrease = coarser.solver.omega * factor
         coarser.change(coarse_q, coarse_height, coarse_limits, factor=factor)
         coarser.cycle(_CYCLES_FOR_A_CHANGE)
-        solver.work = coarser.solver.work * coarse.layout.size / solver.lattice.layout.size + 1
+        solver.work = coarser.solver.work * coarse.size / solver.lattice.size + 1
         decrease -= coarser.solver.omega
         solver.start(before, decrease)
 
@@ -157,11 +157,14 @@ class Nest:
         np.copyto(solver.omega, height)
         load = solver.restrict_load()
         solver.omega[...] = 0.0
-        rows = np.minimum(lattice.row_coarsening * np.arange(coarse.rows + 2), lattice.rows + 1)
         columns = np.minimum(lattice.column_coarsening * np.arange(coarse.columns + 2), lattice.columns + 1)
-        places = np.ix_(rows, columns)
-        coarse_height = height[places]
-        floor, ceiling = (bound[places] if bound.size else bound for bound in solver.limits)
+        part = solver.hierarchy.levels[0].part
+
+        def picked(grid: Grid) -> Grid:
+            return part.picked(grid[:, columns], lattice.part, lattice.row_coarsening)
+
+        coarse_height = picked(height)
+        floor, ceiling = (picked(bound) if bound.size else bound for bound in solver.limits)
         coarse_q = coarse.layout.zeros()
         coarse_q[1:-1, 1:-1] = np.where(coarse.layout.mask, load - coarse.resistance(coarse_height), 0.0)
         return coarse_q, coarse_height, (floor, ceiling)

@@ -45,7 +45,7 @@ class WeightedHierarchy(Hierarchy):
                 self.team.run(kernels.weigh_level_cells, strips, finer.stencil, level.weights)
             self._coarsen_level(finer, level)
         self._factorise()
-        self.changed[:] = 0
+        self.settled()
 
     def update(self) -> None:
         """See `Hierarchy.update`."""
@@ -53,7 +53,7 @@ class WeightedHierarchy(Hierarchy):
         for finer, level in pairwise(self.levels):
             self._coarsen_level(finer, level)
         self._factorise()
-        self.changed[:] = 0
+        self.settled()
 
     def _factorise(self) -> None:
         last = self.levels[-1]
@@ -111,7 +111,8 @@ class WeightedHierarchy(Hierarchy):
             return
         level, run, kernels = self.levels[depth], self.team.run, self._kernels
         first = level.correction
-        energy, work = _summed(run(kernels.apply, level.strips, level.stencil, first, level.image, level.residual))
+        blocks, sums = level.part.blocks, level.part.sums
+        energy, work = sums(run(kernels.apply, blocks, level.stencil, first, level.image, level.residual))
         if not energy > 0.0:
             return
         length = work / energy
@@ -120,7 +121,7 @@ class WeightedHierarchy(Hierarchy):
         self.cycle(depth)
         second = level.correction
         state = level.stencil, second, level.image, level.residual, level.spare
-        own, common, work = _summed(run(kernels.apply_again, level.strips, *state))
+        own, common, work = sums(run(kernels.apply_again, blocks, *state))
         rest = own - common * common / energy
         factor = work / rest if rest > 0.0 else 0.0
         run(kernels.combine, level.strips, second, factor, level.kept, length - factor * common / energy)
@@ -132,11 +133,6 @@ class WeightedHierarchy(Hierarchy):
     def _interpolate(self, level: Level, coarse: Level) -> None:
         given = level.correction, coarse.correction, *coarse.factors, coarse.weights
         self.team.run(self._kernels.add_interpolated, level.strips, *given)
-
-
-def _summed(parts: list[tuple[float, ...]]) -> list[float]:
-    """Return the sums of what strips have found."""
-    return [float(sum(part)) for part in zip(*parts, strict=True)]
 
 
 def hierarchy_of(lattice: Arms, team: Team) -> Hierarchy:

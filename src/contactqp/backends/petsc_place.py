@@ -1,0 +1,61 @@
+"""Where PETSc is on this machine: beside this interpreter's numpy, or in another interpreter."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from glob import glob
+from typing import Any
+
+from ..methods.factors import DIRECT_SIZE
+from . import petsc_worker
+from .in_files import InFiles
+from .interpreters import Interpreter, interpreter_with
+from .processes import Here, Lost, LostProcessError, Placed
+
+VARIABLE = "CONTACTQP_PETSC_PYTHON"
+"""The environment variable that may name an interpreter with petsc4py."""
+
+INSTALL = (
+    "apt install python3-petsc4py (Debian, Ubuntu), or conda install -c conda-forge petsc4py, or build PETSc from "
+    f"source; an interpreter elsewhere that has it is named by the environment variable {VARIABLE}"
+)
+
+
+def interpreter() -> Interpreter | None:
+    """Return the interpreter that has petsc4py: Debian's finds it in none of its folders but by a variable."""
+    builds = () if "PETSC_DIR" in os.environ else sorted(glob("/usr/lib/petscdir/*/*-real"), reverse=True)
+    return interpreter_with("petsc4py.PETSc", VARIABLE, [{"PETSC_DIR": build} for build in builds])
+
+
+def options(size: int, ranks: int) -> dict[str, Any]:
+    """Return PETSc's options as the package sets them: factors for few unknowns, else algebraic multigrid.
+
+    Examples
+    --------
+    >>> options(1_000_000, 2)
+    {'ksp_type': 'cg', 'snes_vi_zero_tolerance': 0.0, 'pc_type': 'gamg'}
+    """
+    few = "lu" if ranks == 1 else "redundant"
+    return {"ksp_type": "cg", "snes_vi_zero_tolerance": 0.0, "pc_type": few if size <= DIRECT_SIZE else "gamg"}
+
+
+def placed(matrix: Any, ranks: int, told: Mapping[str, Any]) -> Placed:
+    """Return a matrix in PETSc, see `contactqp.backends.petsc_worker.System`.
+
+    Parameters
+    ----------
+    matrix : sparse array, shape (n, n)
+        In compressed rows.
+    ranks : int
+        Processes that share it.
+    told : mapping of str to object
+        PETSc's options, by name.
+    """
+    found, arrays = interpreter(), {name: getattr(matrix, name) for name in ("indptr", "indices", "data")}
+    if found is None or (found.here and ranks == 1):
+        return Here(petsc_worker.System, arrays, told)
+    try:
+        return InFiles(found, petsc_worker.__file__, ranks, arrays, {"options": told})
+    except LostProcessError as error:
+        return Lost(error)

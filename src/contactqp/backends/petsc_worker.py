@@ -1,0 +1,429 @@
+"""PETSc's side of the backend ``petsc``: a matrix in PETSc, and what SNESVI finds with it.
+
+The package imports this module where petsc4py stands beside it. Elsewhere another interpreter runs the file, in one
+process or as the ranks of one MPI program: it imports numpy and petsc4py alone, and old ones will do (Python 3.10,
+numpy 1.20). What it is asked then, and what it answers, stands in files, see `contactqp.backends.in_files`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+METHOD = "vinewtonrsls"
+"""SNESVI's reduced-space method: Newton steps for the unknowns that are free (Benson and Munson 2006)."""
+
+_TIME, _OFTEN, _SELDOM, _SOON = "time limit", 0.001, 0.02, 0.5
+
+_ROUGH, _FEW = 1e-6, 50
+"""How far the residual of a coarser problem is to fall, and the limit of its steps: it is but a start."""
+
+_CLOSE = {"pc_gamg_aggressive_coarsening": 0, "pc_gamg_square_graph": 0, "pc_gamg_agg_nsmooths": 2}
+"""Coarser problems for a start are closer to the finer ones than those of a preconditioner, or the contact set is off.
+
+The first two are names of one option, in releases after each other.
+"""
+
+_INFINITE = 1e300
+"""What counts as no bound: PETSc's own infinity is less than that of floating-point numbers."""
+
+_guard = threading.Lock()
+"""PETSc is used by one thread at a time."""
+
+
+class _Left(Exception):  # noqa: N818  (a finding, not a fault)
+    """The time is over, or nobody waits any more."""
+
+
+def _never() -> bool:
+    return False
+
+
+class System:
+    """A matrix in PETSc, its rows dealt out to the ranks, and the gap that the next solve starts from.
+
+    Parameters
+    ----------
+    matrix : mapping of str to array
+        "indptr", "indices" and "data" of all rows of a symmetric matrix.
+    options : mapping of str to object
+        PETSc's options by name, without a dash; None for one that has no value.
+    together : bool
+        Whether all ranks of this program share the matrix.
+    """
+
+    def __init__(self, matrix: Mapping[str, Any], options: Mapping[str, Any], together: bool = False) -> None:
+        import petsc4py
+
+        petsc4py.init()
+        from petsc4py import PETSc
+
+        if np.dtype(PETSc.ScalarType).kind == "c":
+            raise TypeError("this PETSc calculates with complex numbers; take one that is built for real ones")
+        self._petsc, self._options = PETSc, dict(options)
+        # Set anew for each step, see `_Renewed`.
+        self._renews = self._options.get("pc_type") == "gamg"
+        if self._renews:
+            del self._options["pc_type"]
+            PETSc.Options().delValue("pc_type")
+        self.comm = PETSc.COMM_WORLD if together else PETSc.COMM_SELF
+        self.ranks, self.rank = self.comm.getSize(), self.comm.getRank()
+        size = len(matrix["indptr"]) - 1
+        share, more = divmod(size, self.ranks)
+        first = self.rank * share + min(self.rank, more)
+        self.mine = slice(first, first + share + (self.rank < more))
+        rows = np.asarray(matrix["indptr"][first : self.mine.stop + 1])
+        part = slice(int(rows[0]), int(rows[-1]))
+        numbers = (np.array(given, dtype=PETSc.IntType) for given in (rows - rows[0], matrix["indices"][part]))
+        csr = (*numbers, np.array(matrix["data"][part]))
+        local = self.mine.stop - first, size
+        with _guard, self._told(self._options):
+            self.program = _Program(PETSc.Mat().createAIJ((local, local), csr=csr, comm=self.comm))
+            self._share = PETSc.Vec().createMPI((1, self.ranks), comm=self.comm)
+        self._fresh = True
+
+    def start(self, vectors: Mapping[str, Any], _told: Mapping[str, Any]) -> tuple[None, dict[str, Any]]:
+        """Start the next solve from a gap, ``vectors["gap"]``, shape (n,), or where there is none, as the first."""
+        with _guard:
+            self.program.gap.set(0.0)
+            self._fresh = "gap" not in vectors
+            if not self._fresh:
+                self.program.gap.setArray(vectors["gap"][self.mine])
+        return None, {}
+
+    def solve(self, vectors: Mapping[str, Any], told: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
+        """Go on from the last gap.
+
+        Parameters
+        ----------
+        vectors : mapping of str to array, shape (n,)
+            "q", "l" and "u": the forces and the bounds.
+        told : mapping of str to object
+            "steps", the limit of steps; "seconds", that of time, or None; "eps", how far the residual is to fall, of
+            the forces, both in the Euclidean norm, or None for PETSc's own tolerances; "coarse", whether to begin
+            with coarser problems; "history", whether to record the steps; "stopped", which tells whether to go on,
+            where it could be handed over.
+
+        Returns
+        -------
+        gap : array
+            This rank's share.
+        facts : dict
+            "word", "steps", and "history": of each step the nodes that are "active" and have "changed" sides, and the
+            norm of the "residual".
+        """
+        infinity, program, log = float(self._petsc.INFINITY), self.program, _Log(self, told)
+        with _guard, self._told(self._options):
+            for vector, name in ((program.forces, "q"), (program.lower, "l"), (program.upper, "u")):
+                vector.setArray(np.clip(vectors[name][self.mine], -infinity, infinity))
+            word = _TIME
+            try:
+                if self._fresh and told["coarse"]:
+                    self._start_coarse(log)
+                word = self._found(program, log.step, told["eps"], told["steps"])
+            except Exception:
+                if not log.left:
+                    raise
+            self._fresh = False
+            facts = {"word": word, "steps": log.steps, "history": log.history}
+            return np.array(program.gap.getArray()), facts
+
+    def total(self, value: float) -> float:
+        """Return the sum of a number over all ranks."""
+        if self.ranks == 1:
+            return value
+        self._share.setArray(np.array([value], dtype=float))
+        return float(self._share.sum())
+
+    def _found(self, program: _Program, monitor: Callable[..., None], eps: float | None, steps: int) -> str:
+        """Solve a program from its gap, and return PETSc's word for the end."""
+        snes = self._petsc.SNES().create(self.comm)
+        snes.setType(METHOD)
+        snes.setFunction(program.residual, program.product)
+        snes.setJacobian(lambda *_: None, program.matrix)  # it is always the same
+        snes.setVariableBounds(program.lower, program.upper)
+        snes.setTolerances(max_it=steps)
+        if eps is not None:
+            snes.setTolerances(rtol=0.0, atol=eps * program.forces.norm(), stol=0.0)
+        snes.setMonitor(monitor)
+        if self._renews:
+            snes.getKSP().getPC().setType("python")
+            snes.getKSP().getPC().setPythonContext(_Renewed(self._multigrid))
+        snes.setFromOptions()
+        try:
+            snes.solve(None, program.gap)
+            reason, reasons = snes.getConvergedReason(), self._petsc.SNES.ConvergedReason
+        finally:
+            snes.destroy()
+        return next((name for name, number in vars(reasons).items() if number == reason), f"reason {reason}")
+
+    def _start_coarse(self, log: _Log) -> None:
+        """Start from the solution of coarser problems, each from the next coarser one's.
+
+        From zero the contact set would move by a layer of nodes in each step.
+        """
+        with self._told({**_CLOSE, **self._options}):
+            levels = self._multigrid(self.program.matrix, self.program.matrix)
+        programs, fine = [self.program], self.program
+        for level in range(levels.getMGLevels() - 1, 0, -1):
+            between = levels.getMGInterpolation(level)
+            fine = fine.coarser(between, levels.getMGSmoother(level - 1).getOperators()[0])
+            programs.append(fine)
+        for coarse, finer in zip(programs[:0:-1], programs[-2::-1], strict=True):
+            self._found(coarse, log.look, _ROUGH, _FEW)
+            coarse.interpolation.mult(coarse.gap, finer.gap)
+            finer.project()
+        levels.destroy()
+
+    def _multigrid(self, matrix: Any, other: Any) -> Any:
+        """Return algebraic multigrid for a matrix, set up by its options."""
+        found = self._petsc.PC().create(self.comm)
+        found.setOperators(matrix, other)
+        found.setType("gamg")
+        found.setFromOptions()
+        found.setUp()
+        return found
+
+    @contextmanager
+    def _told(self, options: Mapping[str, Any]) -> Iterator[None]:
+        """Put options into PETSc's database, and restore it after that."""
+        database = self._petsc.Options()
+        before = {name: database.getString(name) for name in options if database.hasName(name)}
+        for name, value in options.items():
+            database.setValue(name, _text(value))
+        try:
+            yield
+        finally:
+            for name in options:
+                database.delValue(name)
+            for name, text in before.items():
+                database.setValue(name, text)
+
+
+class _Program:
+    """A program: the matrix, the vectors, and the gap that is sought.
+
+    Parameters
+    ----------
+    matrix : Mat
+    interpolation : Mat, optional
+        Of a coarser program: P, which makes finer gaps of its own.
+    scales : array, optional
+        The unknowns of the matrix that PETSc has are these times the gaps.
+    """
+
+    def __init__(self, matrix: Any, interpolation: Any = None, scales: Any = 1.0) -> None:
+        self.matrix, self.interpolation, self._scales = matrix, interpolation, scales
+        matrix.setOption(matrix.Option.SPD, True)
+        vectors = (matrix.createVecRight() for _ in range(5))
+        self.gap, self.forces, self.lower, self.upper, self.product = vectors
+
+    def residual(self, _snes: Any, gap: Any, residual: Any) -> None:
+        """Calculate Gω + q."""
+        self.matrix.multAdd(gap, self.forces, residual)
+
+    def project(self) -> None:
+        """Move the gap between the bounds."""
+        self.gap.setArray(np.clip(self.gap.getArray(), self.lower.getArray(), self.upper.getArray()))
+
+    def coarser(self, interpolation: Any, matrix: Any) -> _Program:
+        """Return the program for the gaps Pω of coarse unknowns ω, whose bounds are means of those here.
+
+        Parameters
+        ----------
+        interpolation, matrix : Mat
+            As PETSc's multigrid has them. The coarse unknowns are scaled so that P makes ones of ones, or nearly so:
+            PETSc's are as large as its factors leave them, and of either sign.
+        """
+        finer, product = self._vector(1.0 / self._scales), self.product
+        interpolation = interpolation.copy()
+        interpolation.diagonalScale(L=finer)
+        ones, weights, coarse = self._vector(1.0), interpolation.createVecRight(), interpolation.createVecRight()
+        interpolation.multTranspose(ones, weights)
+        interpolation.mult(weights, product)
+        interpolation.multTranspose(product, coarse)
+        sums, squares = np.array(weights.getArray()), np.array(coarse.getArray())
+        scales = np.divide(sums * sums, squares, out=np.ones_like(sums), where=squares != 0.0)
+        coarse.setArray(scales)
+        interpolation.diagonalScale(R=coarse)
+        matrix = matrix.copy()
+        matrix.diagonalScale(coarse, coarse)
+        found = _Program(matrix, interpolation, scales)
+        interpolation.multTranspose(self.forces, found.forces)
+        sums = np.abs(sums * scales) + np.finfo(float).tiny
+        for own, mean, infinity in ((self.lower, found.lower, -np.inf), (self.upper, found.upper, np.inf)):
+            bounds = np.array(own.getArray())
+            absent = np.abs(bounds) >= _INFINITE
+            interpolation.multTranspose(self._vector(absent), coarse)
+            interpolation.multTranspose(self._vector(np.where(absent, 0.0, bounds)), mean)
+            mean.setArray(np.where(coarse.getArray() != 0.0, infinity, mean.getArray() / sums))
+        found.project()
+        return found
+
+    def _vector(self, values: Any) -> Any:
+        """Return a vector of this size, whose share here has values."""
+        found = self.gap.duplicate()
+        found.setArray(np.broadcast_to(np.asarray(values, dtype=float), found.getLocalSize()))
+        return found
+
+
+class _Renewed:
+    """A preconditioner that is made anew wherever it is set up: GAMG cannot be set up again for other free nodes.
+
+    PETSc 3.18 keeps the sizes of the coarsest level, and refuses others.
+    """
+
+    def __init__(self, make: Callable[[Any, Any], Any]) -> None:
+        self._make, self._made = make, None
+
+    def setUp(self, pc: Any) -> None:
+        """Make it for the operators of now."""
+        if self._made is not None:
+            self._made.destroy()
+        self._made = self._make(*pc.getOperators())
+
+    def apply(self, _pc: Any, vector: Any, result: Any) -> None:
+        """Apply it."""
+        assert self._made is not None
+        self._made.apply(vector, result)
+
+
+class _Log:
+    """What is recorded of the steps, and the clock."""
+
+    def __init__(self, system: System, told: Mapping[str, Any]) -> None:
+        self._system, self._records = system, bool(told["history"])
+        self._stopped: Callable[[], bool] = told.get("stopped") or _never
+        self._end = np.inf if told["seconds"] is None else time.monotonic() + told["seconds"]
+        self._before: Any = None
+        self.steps, self.left = 0, False
+        self.history: dict[str, list[float]] = {"active": [], "changed": [], "residual": []} if self._records else {}
+
+    def look(self, *_: Any) -> None:
+        """Look at the clock, and whether somebody waits; all ranks leave together."""
+        late = self._stopped() or time.monotonic() > self._end
+        if self._system.total(float(late)):
+            self.left = True
+            raise _Left
+
+    def step(self, snes: Any, number: int, norm: float) -> None:
+        """Take down how a step has ended."""
+        self.steps = number
+        if self._records:
+            self._record(snes, number, norm)
+        self.look()
+
+    def _record(self, snes: Any, number: int, norm: float) -> None:
+        program = self._system.program
+        gap, residual = snes.getSolution().getArray(), snes.getFunction()[0].getArray()
+        low = (gap <= program.lower.getArray()) & (residual > 0)
+        high = (gap >= program.upper.getArray()) & (residual < 0)
+        sides = low.astype(np.int8) - high.astype(np.int8)
+        if number:
+            self.history["active"].append(self._system.total(float(np.count_nonzero(sides))))
+            self.history["changed"].append(self._system.total(float(np.count_nonzero(sides != self._before))))
+            self.history["residual"].append(norm)
+        self._before = sides
+
+
+def main(folder: Path) -> None:
+    """Answer what is asked in a folder, until nobody can ask any more.
+
+    The first question makes the system; its settings tell the options, and how many ranks there must be.
+    """
+    import petsc4py
+
+    number, parent = 0, os.getppid()
+    asked = _awaited(folder, number, parent)
+    if asked is None:
+        return
+    options, ranks = asked["settings"]["options"], asked["settings"]["ranks"]
+    petsc4py.init(["contactqp", *_as_arguments(options)])  # some are asked for at the start alone
+    from petsc4py import PETSc
+
+    rank, found = PETSc.COMM_WORLD.getRank(), PETSc.COMM_WORLD.getSize()
+    (folder / f"{os.getpid()}.pid").touch()
+    if found != ranks:
+        raise RuntimeError(
+            f"PETSc sees {found} ranks where {ranks} were started: this mpiexec belongs to another MPI than PETSc's"
+        )
+    system = System(asked["arrays"], options, together=True)
+    _answer(folder, number, rank, None, {})
+    while True:
+        number += 1
+        asked = _awaited(folder, number, parent)
+        if asked is None:
+            return
+        part, facts = getattr(system, asked["method"])(asked["arrays"], asked["settings"])
+        if part is not None:
+            _write_part(folder, number, system, part)
+        _answer(folder, number, rank, part, facts)
+
+
+def _as_arguments(options: Mapping[str, Any]) -> list[str]:
+    return [word for name, value in options.items() for word in (f"-{name}", _text(value)) if word is not None]
+
+
+def _text(value: Any) -> str | None:
+    """Return an option's value as PETSc reads it."""
+    return None if value is None else str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _awaited(folder: Path, number: int, parent: int) -> dict[str, Any] | None:
+    """Return the next question, its arrays left in their files, or None where nobody can ask any more."""
+    file, since = folder / f"{number}.json", time.monotonic()
+    while not file.exists():
+        if not folder.exists() or os.getppid() != parent:
+            shutil.rmtree(folder, ignore_errors=True)
+            return None
+        time.sleep(_OFTEN if time.monotonic() - since < _SOON else _SELDOM)
+    asked: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    arrays = (folder / str(number)).glob("*.npy")
+    return {**asked, "arrays": {path.stem: np.load(path, mmap_mode="r") for path in arrays}}
+
+
+def _write_part(folder: Path, number: int, system: System, part: Any) -> None:
+    """Write this rank's share of a vector; all have done so when this returns."""
+    path = folder / f"{number}.npy"
+    if system.rank == 0:
+        np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(system.program.gap.getSize(),)).flush()
+    system.comm.barrier()
+    whole = np.lib.format.open_memmap(path, mode="r+")
+    whole[system.mine] = part
+    whole.flush()
+    system.comm.barrier()
+
+
+def _answer(folder: Path, number: int, rank: int, part: Any, facts: Mapping[str, Any]) -> None:
+    if rank == 0:
+        whole = folder / f"{number}.part"
+        whole.write_text(json.dumps({"facts": facts, "vector": part is not None}), encoding="utf-8")
+        whole.replace(folder / f"{number}.done")
+
+
+def _told(error: Exception) -> str:
+    """Return an error's words, of PETSc's without the places in its source."""
+    lines = [line for line in str(error).splitlines() if "() at " not in line]
+    words = " ".join(line.partition("] ")[2] if line.startswith("[") else line for line in lines)
+    return f"{type(error).__name__}: {words}"
+
+
+if __name__ == "__main__":
+    _folder = Path(sys.argv[1])
+    try:
+        main(_folder)
+    except Exception as error:
+        _words = _folder / f"{os.getpid()}.words"
+        _words.write_text(_told(error), encoding="utf-8")
+        _words.replace(_words.with_suffix(".failed"))
+        os._exit(1)  # the other ranks may wait for this one

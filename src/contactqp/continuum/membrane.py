@@ -1,0 +1,143 @@
+"""MembraneBounds: what an answer of the lattice proves of the membrane at every point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..foundation.brackets import Bracket
+from ..foundation.checks import Vector
+from ..foundation.rounding import UNIT_ROUNDOFF
+from ..geometry.numbering import Grid
+from .barriers import Barrier
+from .contact import ContactBounds, contact_bounds
+from .data import Data
+from .pointwise import pointwise_bounds
+from .posed import Posed, posed_of
+from .splines import excess_on_cells
+
+_ROUNDINGS = 16 * UNIT_ROUNDOFF
+
+
+@dataclass(frozen=True, eq=False)
+class MembraneBounds:
+    """The membrane at every point, enclosed.
+
+    Attributes
+    ----------
+    lower, upper : array, shape (n,)
+        Bounds of its deflection at the nodes, positive as the model's heights (length).
+    gap_lower, gap_upper : array, shape (n,)
+        Bounds of its gap there (length).
+    gap_lower_in_cells, gap_upper_in_cells : array, shape (rows + 1, columns + 1)
+        Bounds of its gap in the squares between the points of the lattice's array with a ring about it; nan in squares
+        that do not belong to it.
+    edges : pair of arrays, shapes (columns + 2,) and (rows + 2,)
+        x and y of the lines between these squares (length).
+    error_bound : float
+        Bound of the distance of the answer from the membrane at the nodes (length).
+    largest_depth : Bracket
+        Of the largest depth of the membrane, positive downwards (length).
+    contact : ContactBounds
+        Which of the squares it touches the support in.
+    data_part : float
+        How much of ``error_bound`` comes, at most, of data that are known up to a range between the nodes (length).
+    rounds : (int, int)
+        How often the lattice's problem was solved again, for the lower and the upper bound of the gap.
+    """
+
+    lower: Vector
+    upper: Vector
+    gap_lower: Vector
+    gap_upper: Vector
+    gap_lower_in_cells: Grid
+    gap_upper_in_cells: Grid
+    edges: tuple[Vector, Vector]
+    error_bound: float
+    largest_depth: Bracket
+    contact: ContactBounds
+    data_part: float
+    rounds: tuple[int, int]
+
+
+def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Vector], Vector]) -> MembraneBounds:
+    """Enclose a membrane at every point.
+
+    Parameters
+    ----------
+    data : Data
+    depths : array, shape (rows + 2, columns + 2)
+        The answer's deflection at the points, positive downwards (length).
+    gap : array, shape (n,)
+        A gap to begin with (length).
+    resolve : callable
+        Returns the gap of the lattice's problem after a change of the load at the nodes, both of shape (n,).
+
+    Raises
+    ------
+    ValueError
+        See `contactqp.continuum.posed.posed_of`.
+    """
+    posed = posed_of(data)
+    problem, numbering = posed.problem, data.plan.lattice.numbering
+
+    def resolved(change: Grid) -> Grid:
+        return np.asarray(numbering.to_grid(resolve(numbering.to_vector(change, ring=1)), ring=1))
+
+    bounds = pointwise_bounds(problem, problem.with_rim(numbering.to_grid(gap, ring=1)), resolved)
+    low, high = bounds.lower.at_points(), bounds.upper.at_points()
+    deeper, off = posed.deflection_moves, posed.surface_error
+    # Depths are at most those of the support, where the gap is zero.
+    least_depth = (posed.surface - high) + deeper[0] - off
+    most_depth = (posed.surface - np.maximum(low, 0.0)) + deeper[1] + off
+    least_depth, most_depth = _outwards(least_depth, most_depth, posed.surface)
+    least_gap, most_gap = (bound + move for bound, move in zip((low, high), posed.gap_moves, strict=True))
+    least_gap, most_gap = _outwards(least_gap, most_gap, posed.surface)
+    in_cells = tuple(
+        bound.on_cells() + move * (1 + 1e-12)
+        for bound, move in zip((bounds.lower, bounds.upper), posed.gap_moves, strict=True)
+    )
+    in_cells = np.maximum(in_cells[0], 0.0), in_cells[1]
+    contact = contact_bounds(problem.cells, problem.tension, in_cells, posed.load)
+    nodes = data.plan.nodes
+    error = np.fmax(most_depth - depths, depths - least_depth)
+    upwards = data.model.upwards
+    low_depth, high_depth = (numbering.to_vector(bound, ring=1) for bound in (least_depth, most_depth))
+    return MembraneBounds(
+        lower=-high_depth if upwards else low_depth,
+        upper=-low_depth if upwards else high_depth,
+        gap_lower=np.maximum(numbering.to_vector(least_gap, ring=1), 0.0),
+        gap_upper=numbering.to_vector(most_gap, ring=1),
+        gap_lower_in_cells=in_cells[0],
+        gap_upper_in_cells=in_cells[1],
+        edges=(data.plan.places[0].ravel(), data.plan.places[1].ravel()),
+        error_bound=float(error.max(where=nodes, initial=0.0)) * (1 + 1e-15),
+        largest_depth=Bracket(float(low_depth.max()), _deepest(data, posed, bounds.lower)),
+        contact=contact,
+        data_part=posed.data_part,
+        rounds=bounds.rounds,
+    )
+
+
+def _outwards(lower: Grid, upper: Grid, surface: Grid) -> tuple[Grid, Grid]:
+    """Return two bounds that are formed from heights of a surface, moved apart by how sums are rounded."""
+    off = _ROUNDINGS * (np.abs(surface) + np.abs(lower) + np.abs(upper))
+    return lower - off, upper + off
+
+
+def _deepest(data: Data, posed: Posed, lower: Barrier) -> float:
+    """Return an upper bound of the largest depth, from the lower bound of the gap in the cells."""
+    problem, support = posed.problem, data.support
+    if problem.floor is None:
+        surface = np.where(problem.cells.closure, support.values, 0.0)
+        excess, _ = excess_on_cells(problem.cells, lower.coefficients, surface)
+        depths = support.above - excess
+    else:
+        excess, _ = excess_on_cells(problem.cells, lower.coefficients - problem.floor, np.zeros(posed.surface.shape))
+        depths = -excess
+    lift = lower.shift + lower.multiple * problem.largest_height + posed.deflection_moves[1]
+    highest = np.minimum(depths + lift, support.range_upper)
+    found = float(highest.max(where=problem.cells.inside, initial=-np.inf))
+    return found + _ROUNDINGS * (abs(found) + abs(lift))

@@ -1,0 +1,200 @@
+"""Plan: the region that a lattice's nodes cover, cut into squares of its lines, and how the frame bounds it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..foundation.checks import Mask
+from ..foundation.intervals import Interval
+from ..geometry.lattice import Lattice
+from ..geometry.numbering import Grid
+
+CORNERS = ((0, 0), (0, 1), (1, 1), (1, 0))
+"""Where a corner of a square lies: rows and columns beyond the first, counterclockwise if y goes up."""
+
+_STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0))
+"""Rows and columns from a point to its neighbours, counterclockwise from the one along x."""
+
+
+class FrameQuarter(NamedTuple):
+    """The quarter of a square that belongs to a frame point.
+
+    Attributes
+    ----------
+    row, column : int
+        Place of the square.
+    corner : int
+        Which of its `CORNERS` the frame point is.
+    """
+
+    row: int
+    column: int
+    corner: int
+
+
+class Chain(NamedTuple):
+    """Quarters about a frame point that follow each other counterclockwise from one edge of the frame to another.
+
+    Attributes
+    ----------
+    row, column : int
+        Place of the frame point.
+    first : int
+        The direction, of ``east, north, west, south``, of the edge where it begins.
+    quarters : tuple of FrameQuarter
+    """
+
+    row: int
+    column: int
+    first: int
+    quarters: tuple[FrameQuarter, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The squares between the lines of a lattice that have a node at a corner: the region of the membrane.
+
+    Its frame consists of the edges that join two points which are no nodes. Arrays of points have the lattice's shape
+    with a ring about it, (rows + 2, columns + 2), and those of squares one row and one column less.
+
+    Attributes
+    ----------
+    lattice : Lattice
+
+    Raises
+    ------
+    ValueError
+        If a frame point stands alone among nodes: a point holds no membrane, whatever a lattice says.
+
+    Examples
+    --------
+    >>> plan = Plan(Lattice.from_mask(np.ones((2, 3), dtype=bool), spacing=0.5))
+    >>> plan.squares.shape, plan.sides
+    ((3, 4), (2.0, 1.5))
+    """
+
+    lattice: Lattice
+
+    @property
+    def spacing(self) -> float:
+        """Side h of a square (length)."""
+        return self.lattice.spacing
+
+    @cached_property
+    def nodes(self) -> Mask:
+        """Which points are nodes."""
+        return np.pad(self.lattice.mask, 1)
+
+    @cached_property
+    def squares(self) -> Mask:
+        """Which squares belong to the membrane."""
+        return np.asarray(np.logical_or.reduce([self.at_corner(self.nodes, corner) for corner in range(4)]))
+
+    @cached_property
+    def points(self) -> Mask:
+        """Which points are corners of the membrane's squares."""
+        found = np.zeros_like(self.nodes)
+        for corner in range(4):
+            self.at_corner(found, corner)[...] |= self.squares
+        return found
+
+    @cached_property
+    def frame(self) -> Mask:
+        """Which points lie on the frame."""
+        return self.points & ~self.nodes
+
+    @cached_property
+    def sides(self) -> tuple[float, float]:
+        """Width and height of the smallest rectangle that holds the membrane (length)."""
+        rows, columns = (int(np.ptp(np.flatnonzero(self.squares.any(axis=axis)))) + 1 for axis in (1, 0))
+        return columns * self.spacing, rows * self.spacing
+
+    @cached_property
+    def frame_corners(self) -> NDArray[np.int64]:
+        """How many corners of each of the membrane's squares lie on the frame."""
+        corners = np.add.reduce([self.at_corner(self.frame, corner).astype(np.int64) for corner in range(4)])
+        return np.where(self.squares, corners, 0)
+
+    @cached_property
+    def frame_edges(self) -> NDArray[np.int64]:
+        """How many edges of each of the membrane's squares belong to the frame: those between two points of it."""
+        corners = [self.at_corner(self.frame, corner) for corner in range(4)]
+        edges = np.add.reduce([(corners[k] & corners[k - 1]).astype(np.int64) for k in range(4)])
+        return np.where(self.squares, edges, 0)
+
+    @staticmethod
+    def at_corner(points: Any, corner: int) -> Any:
+        """Return a view of what an array of points has at one of the corners of each square."""
+        down, right = CORNERS[corner]
+        rows, columns = points.shape[0] - 1, points.shape[1] - 1
+        return points[down : down + rows, right : right + columns]
+
+    @cached_property
+    def places(self) -> tuple[Grid, Grid]:
+        """Return x and y of all points, shapes (1, columns + 2) and (rows + 2, 1), length."""
+        rows, columns = self.nodes.shape
+        x, y = self.lattice.ring_coordinates(np.arange(rows), np.arange(columns))
+        return x[None, :], y[:, None]
+
+    @cached_property
+    def around_points(self) -> tuple[Interval, Interval]:
+        """What holds x and y of each point, however they are rounded."""
+        x, y = (Interval.around(each, 4 * np.spacing(np.abs(each).max())) for each in self.places)
+        return x, y
+
+    @cached_property
+    def around_squares(self) -> tuple[Interval, Interval]:
+        """What holds x and y in each square, shapes (1, columns + 1) and (rows + 1, 1), length."""
+        x, y = self.around_points
+        along_x = Interval(x.lower[:, :-1], x.upper[:, 1:])
+        return along_x, Interval(y.lower[:-1], y.upper[1:])
+
+    @cached_property
+    def chains(self) -> tuple[Chain, ...]:
+        """How the quarters of squares that belong to frame points follow each other about them."""
+        return tuple(
+            chain for row, column in np.argwhere(self.frame) for chain in self._chains_at(int(row), int(column))
+        )
+
+    def _chains_at(self, row: int, column: int) -> Iterator[Chain]:
+        rows, columns = self.nodes.shape
+
+        def open_towards(direction: int) -> bool:
+            down, right = _STEPS[direction % 4]
+            i, j = row + down, column + right
+            return 0 <= i < rows and 0 <= j < columns and bool(self.nodes[i, j])
+
+        walls = [direction for direction in range(4) if not open_towards(direction)]
+        if not walls:
+            x, y = self.lattice.ring_coordinates(np.array([row]), np.array([column]))
+            raise ValueError(
+                f"the frame point at x={x[0]:g}, y={y[0]:g} stands alone among nodes: a membrane, unlike its lattice, "
+                "is not held by a point; give a frame of several points that follow each other along the lattice"
+            )
+        for first in walls:
+            quarters = []
+            direction = first
+            while True:
+                square = self._square_after(row, column, direction % 4)
+                if square is None:
+                    break
+                quarters.append(square)
+                direction += 1
+                if not open_towards(direction):
+                    break
+            if quarters:
+                yield Chain(row, column, first, tuple(quarters))
+
+    def _square_after(self, row: int, column: int, direction: int) -> FrameQuarter | None:
+        """Return the quarter that follows a direction counterclockwise, None where there is no membrane."""
+        corner = direction  # the square east-north of a point has it at its first corner, and so on
+        down, right = CORNERS[corner]
+        i, j = row - down, column - right
+        inside = 0 <= i < self.squares.shape[0] and 0 <= j < self.squares.shape[1] and self.squares[i, j]
+        return FrameQuarter(i, j, corner) if inside else None

@@ -1,0 +1,147 @@
+r"""Bounds of the membrane's gap at every point, from an answer on the lattice that is solved again, slightly changed.
+
+The spline through an answer misses the differential inequality (see `contactqp.continuum.barriers`) mostly in the cells
+about the free boundary and next to corners, by an amount that does not shrink with the spacing. Paid for by a multiple
+of the parabola v, this would be all that the bound tells. Instead the lattice problem is solved again with a load that
+is less, for an upper bound, or more, by what the cells about each node have missed: a change that acts where it is
+needed, and in contact is taken by the support. After a few rounds what is missed is of second order everywhere. The
+loads that are solved for are no part of the proof: it is that of the spline that comes of them.
+
+For an upper bound the spline's coefficients are the answer's values themselves, so that it is nowhere below zero; for a
+lower one they are those less a sixth of their second differences, whose spline is nearer to the values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from ..geometry.numbering import Grid
+from .barriers import Barrier, subsolution, supersolution
+from .cells import largest_at_corners
+from .obstacle import ObstacleProblem
+
+Resolve: TypeAlias = Callable[[Grid], Grid]
+"""Returns the lattice's gap after its load changes at the points; both arrays have shape (rows + 2, columns + 2)."""
+
+_OVER = 1.15
+"""How much more than what a cell has missed the load is changed by: the answer's response is spread out."""
+
+_LEAST_RESPONSE = 0.2
+"""Of what a change of the load was meant for, this part at least is taken to have been reached, when it is repeated."""
+
+_NEAR = 3.0
+"""A lower bound is always mended where the spline is higher than so many times what a membrane bends on a cell."""
+
+_WORTH = 0.9
+"""A round that leaves more than this part of the distance ends the sharpening."""
+
+_SPENT = 0.03
+"""The sharpening ends where the multiple of the parabola makes no more than this part of the distance."""
+
+
+@dataclass(frozen=True, eq=False)
+class PointwiseBounds:
+    """The membrane's gap lies between these, everywhere.
+
+    Attributes
+    ----------
+    lower, upper : Barrier
+    rounds : (int, int)
+        How often the lattice problem was solved again for each.
+    """
+
+    lower: Barrier
+    upper: Barrier
+    rounds: tuple[int, int]
+
+    def at_points(self) -> tuple[Grid, Grid]:
+        """Return lower and upper bounds of the gap at the points, no less than zero; nan outside the region."""
+        return np.maximum(self.lower.at_points(), 0.0), self.upper.at_points()
+
+
+def pointwise_bounds(problem: ObstacleProblem, gap: Grid, resolve: Resolve, *, rounds: int = 6) -> PointwiseBounds:
+    """Enclose the membrane's gap from the lattice's answer.
+
+    Parameters
+    ----------
+    problem : ObstacleProblem
+    gap : array, shape (rows + 2, columns + 2)
+        The lattice's answer at the points.
+    resolve : callable
+        See `Resolve`; it need not be exact.
+    rounds : int
+        How often the lattice problem may be solved again, for each side.
+    """
+    upper, raised = _sharpened(problem, gap, resolve, rounds, upper_from)
+    lower, lowered = _sharpened(problem, gap, resolve, rounds, lower_from)
+    return PointwiseBounds(lower, upper, (lowered, raised))
+
+
+def upper_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
+    """Return an upper bound from the lattice's answer under a load at the points."""
+    values, bend = problem.with_rim(gap), problem.bend(load)
+    return supersolution(problem, problem.continuation(values, bend, "less"))
+
+
+def lower_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
+    """Return a lower bound from the lattice's answer under a load at the points."""
+    bend = problem.bend(load)
+    values = problem.continuation(problem.with_rim(gap), bend, "more")
+    inner = values[1:-1, 1:-1]
+    around = (values[:-2, 1:-1] + values[2:, 1:-1]) + (values[1:-1, :-2] + values[1:-1, 2:])
+    return subsolution(problem, problem.continuation(inner - (around - 4.0 * inner) / 6.0, bend, "more"))
+
+
+def _sharpened(
+    problem: ObstacleProblem,
+    gap: Grid,
+    resolve: Resolve,
+    rounds: int,
+    bound_from: Callable[[ObstacleProblem, Grid, Grid], Barrier],
+) -> tuple[Barrier, int]:
+    """Return the best bound of some rounds, and how many there were."""
+    load = np.array(problem.wanted)
+    latest = best = bound_from(problem, gap, load)
+    least, before = _distance(best, gap), None
+    for done in range(rounds):
+        missed = largest_at_corners(_to_be_paid(latest))
+        if not np.isfinite(missed).all() or problem.largest_height * missed.max() <= _SPENT * least:
+            return best, done
+        load = load - latest.side * (_over(missed, before if latest.side > 0 else None) * missed)
+        latest, before = bound_from(problem, resolve(load - problem.wanted), load), missed
+        distance = _distance(latest, gap)
+        improved, worth = distance < least, distance <= _WORTH * least
+        if improved:
+            best, least = latest, distance
+        if done and not worth:
+            return best, done + 1
+    return best, rounds
+
+
+def _to_be_paid(barrier: Barrier) -> Grid:
+    """Return the defects of cells that the load is to be changed for."""
+    if barrier.side > 0:
+        return barrier.defects
+    near = min(barrier.shift, _NEAR * barrier.problem.largest_bend)
+    return np.where(barrier.ranges.most > near, barrier.defects, 0.0)
+
+
+def _over(missed: Grid, before: Grid | None) -> Grid | float:
+    """Return how many times what is missed the load is changed by; where a change was answered by a part, more.
+
+    For a lower bound that would push the free boundary ahead of the load: there, more load is no load on the support.
+    """
+    if before is None:
+        return _OVER
+    left = np.divide(missed, before, out=np.zeros_like(missed), where=before > 0.0)
+    return np.asarray(_OVER / np.maximum(1.0 - left, _LEAST_RESPONSE))
+
+
+def _distance(barrier: Barrier, gap: Grid) -> float:
+    """Return how far a bound is from the lattice's answer at most."""
+    values = barrier.at_points() if barrier.side > 0 else np.maximum(barrier.at_points(), 0.0)
+    return float(np.nanmax(barrier.side * (values - gap))) if barrier.holds else np.inf

@@ -1,0 +1,185 @@
+r"""Bicubic splines on a lattice: values at its points, ranges on its cells, and ranges of the Laplacian.
+
+With the cubic B-spline B³ on the integers and B¹ the hat function,
+
+.. math::
+
+    s(x, y) &= \sum_{ij} c_{ij} B^3(x/h - i) B^3(y/h - j), \\
+    h^2 Δs &= \sum_{ij} (δ_x^2 c)_{ij} B^1_i(x) B^3_j(y) + (δ_y^2 c)_{ij} B^3_i(x) B^1_j(y),
+
+because the second derivative of a cubic spline is the linear spline of its second differences (de Boor, *A Practical
+Guide to Splines*, 1978, ch. X). s is twice continuously differentiable.
+
+*Ranges.* Between two points a cubic spline with the coefficients c₋₁, c₀, c₁, c₂ about them is a cubic polynomial
+with the Bernstein coefficients
+
+.. math:: (c_{-1} + 4 c_0 + c_1)/6, \quad (2 c_0 + c_1)/3, \quad (c_0 + 2 c_1)/3, \quad (c_0 + 4 c_1 + c_2)/6,
+
+and a linear one, with values s₀ and s₁ at the points, has s₀, (2s₀ + s₁)/3, (s₀ + 2s₁)/3, s₁. Bernstein polynomials are
+not negative and add up to one, in the plane their products are and do, too. So on a cell the spline lies between the
+least and the largest of 16 Bernstein coefficients, and so does Δs less a field that is bilinear on the cell.
+
+*Roundings.* The coefficients c are the doubles that they are: nothing is rounded there. A Bernstein coefficient is
+formed from them by sums of products with weights that add up to one (in the code, as 36, 18 and 9 fold); no path from
+c, or from q, to a result has more than 16 roundings, so that the result is off by at most γ₁₆ (Higham, *Accuracy and
+Stability of Numerical Algorithms*, 2002, lemma 3.1) times the same sum of moduli; that is bounded by the largest
+modulus that enters, of second differences by the largest sum of the moduli of the two differences that they are formed
+from. γ₂₄ in the place of γ₁₆ covers the roundings of the bound itself. Where anything could overflow, ranges are
+infinite.
+
+Arrays of coefficients have one more ring than those of points: c[i + 1, j + 1] belongs to point [i, j].
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..foundation.checks import Vector
+from ..foundation.loading import load_modules
+from ..foundation.rounding import UNDERFLOW, gamma
+from ..foundation.threads import shared_team
+from ..geometry.numbering import Grid
+from .cells import Cells
+
+_ERROR = gamma(24)
+
+_LARGEST = 1e300
+"""Sums and products of a few numbers that are smaller do not overflow."""
+
+
+class CellRanges(NamedTuple):
+    """Ranges on the cells, shape (rows + 1, columns + 1); nan on cells that do not belong to the region.
+
+    Attributes
+    ----------
+    least_excess, most_excess : array
+        Of TΔs less the bilinear field (force per area).
+    least, most : array
+        Of the spline (length).
+    """
+
+    least_excess: Grid
+    most_excess: Grid
+    least: Grid
+    most: Grid
+
+
+def ranges_on_cells(cells: Cells, coefficients: Grid, tension: float, field: Grid) -> CellRanges:
+    """Return ranges of a spline, and of its Laplacian times the tension less a bilinear field, rounded outwards.
+
+    Parameters
+    ----------
+    cells : Cells
+    coefficients : array, shape (rows + 4, columns + 4)
+        Of the spline (length).
+    tension : float
+        T (force per length).
+    field : array, shape (rows + 2, columns + 2)
+        Values at the points of a field that is bilinear on each cell (force per area); finite at corners of cells.
+    """
+    load_modules("contactqp.continuum.spline_kernels", kernels="splines")
+    from .spline_kernels import ranges
+
+    factor = tension / (18.0 * cells.spacing**2)
+    largest = float(np.abs(coefficients).max()) * (36.0 + 144.0 * factor)
+    if not largest + 9.0 * float(np.abs(field).max(where=cells.closure, initial=0.0)) < _LARGEST:
+        endless = np.where(cells.inside, np.inf, np.nan)
+        return CellRanges(-endless, endless, -endless, endless)
+    found = [np.empty(cells.inside.shape) for _ in range(4)]
+    team = shared_team()
+    strips = team.strips(0, cells.inside.shape[0], cells.inside.shape[1])
+    given = np.ascontiguousarray(coefficients), np.ascontiguousarray(np.where(cells.closure, field, 0.0))
+    team.run(ranges, strips, *given, cells.inside, factor, *found)
+    return CellRanges(*found)
+
+
+def at_points(coefficients: Grid) -> tuple[Grid, float]:
+    """Return a spline's values at the points, shape (rows + 2, columns + 2), and a bound of their rounding errors.
+
+    Examples
+    --------
+    >>> values, error = at_points(np.full((5, 6), 3.0))
+    >>> values.shape, bool(np.abs(values - 3.0).max() <= error < 1e-13)
+    ((3, 4), True)
+    """
+    rows = (coefficients[:-2] + 4.0 * coefficients[1:-1]) + coefficients[2:]
+    values = ((rows[:, :-2] + 4.0 * rows[:, 1:-1]) + rows[:, 2:]) / 36.0
+    return values, _ERROR * float(np.abs(coefficients).max()) + UNDERFLOW
+
+
+def excess_along_rim(cells: Cells, coefficients: Grid, heights: Grid) -> tuple[Vector, Vector]:
+    """Return the range of a spline less a field that is linear between points, on each edge of the rim.
+
+    Parameters
+    ----------
+    heights : array, shape (rows + 2, columns + 2)
+        Values of the field at the points; finite on the rim.
+
+    Returns
+    -------
+    least, most : array
+        On the edges, in the order of `Cells.rim`.
+    """
+    found = []
+    for (row, column), down, right in zip(cells.rim, (0, 1), (1, 0), strict=True):
+        # Four coefficients along the edge, each of which three across it make up.
+        lines = []
+        for along in range(4):
+            before, at, after = (
+                coefficients[row + along * down + across * right, column + along * right + across * down]
+                for across in range(3)
+            )
+            lines.append(
+                ((before + 4.0 * at) + after, np.maximum(np.maximum(np.abs(before), np.abs(at)), np.abs(after)))
+            )
+        first, second, third, fourth = (line for line, _ in lines)
+        start, end = heights[row, column], heights[row + down, column + right]
+        bernstein = (
+            ((first + 4.0 * second) + third) / 36.0 - start,
+            (2.0 * second + third) / 18.0 - (2.0 * start + end) / 3.0,
+            (second + 2.0 * third) / 18.0 - (start + 2.0 * end) / 3.0,
+            ((second + 4.0 * third) + fourth) / 36.0 - end,
+        )
+        size = np.maximum.reduce([np.abs(start), np.abs(end), *(largest for _, largest in lines)])
+        error = 2.0 * _ERROR * size + UNDERFLOW
+        found.append((np.minimum.reduce(bernstein) - error, np.maximum.reduce(bernstein) + error))
+    (least, most), (others_least, others_most) = found
+    return np.concatenate([least, others_least]), np.concatenate([most, others_most])
+
+
+def excess_on_cells(cells: Cells, coefficients: Grid, field: Grid) -> tuple[Grid, Grid]:
+    """Return the least and the largest of a spline less a bilinear field in each cell; nan outside.
+
+    Parameters
+    ----------
+    coefficients : array, shape (rows + 4, columns + 4)
+    field : array, shape (rows + 2, columns + 2)
+        Values at the points.
+    """
+    least, most = np.full(cells.inside.shape, np.inf), np.full(cells.inside.shape, -np.inf)
+    rows, columns = cells.inside.shape
+    for down in range(4):
+        column = _bernstein([coefficients[k : k + rows] for k in range(4)], down)
+        beside = (3.0 - down) * field[:-1] + down * field[1:]
+        for right in range(4):
+            value = _bernstein([column[:, k : k + columns] for k in range(4)], right) / 36.0
+            value -= ((3.0 - right) * beside[:, :-1] + right * beside[:, 1:]) / 9.0
+            np.minimum(least, value, out=least)
+            np.maximum(most, value, out=most)
+    sizes = np.abs(coefficients).max() + np.abs(field).max(where=cells.closure, initial=0.0)
+    error = 2.0 * _ERROR * float(sizes) + UNDERFLOW
+    return np.where(cells.inside, least - error, np.nan), np.where(cells.inside, most + error, np.nan)
+
+
+def _bernstein(lines: list[Grid], part: int) -> Grid:
+    """Return six times one of the Bernstein coefficients of cubic splines from four lines of coefficients."""
+    first, second, third, fourth = lines
+    formed = (
+        lambda: (first + 4.0 * second) + third,
+        lambda: 4.0 * second + 2.0 * third,
+        lambda: 2.0 * second + 4.0 * third,
+        lambda: (second + 4.0 * third) + fourth,
+    )
+    return formed[part]()

@@ -1,0 +1,164 @@
+"""solve(): the contact multigrid of many processes, each of which holds some rows."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..backends.base import Stop
+from ..backends.multigrid import MAX_CYCLES, CycleLog
+from ..foundation.checks import Vector, integer_at_least
+from ..foundation.threads import Team
+from ..methods.multigrid.nested import nested_start
+from ..methods.multigrid.strips import LEAST_ROWS
+from ..methods.multigrid.weighted_hierarchy import load_kernels
+from ..proof.lattice_measures import LatticeMeasures
+from ..proof.status import Status
+from ..solving.request import Request
+from .answer import AnswerByRows
+from .membrane import MembraneByRows
+from .posed import PosedByRows
+from .ranks import Ranks
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+_LIMITS = {
+    Stop.DONE: Status.INACCURATE,
+    Stop.ITERATION_LIMIT: Status.ITERATION_LIMIT,
+    Stop.TIME_LIMIT: Status.TIME_LIMIT,
+    Stop.FAILED: Status.INACCURATE,
+}
+
+
+def solve(
+    membrane: MembraneByRows,
+    comm: MPI.Comm | None = None,
+    *,
+    tol: float | str = 1e-6,
+    max_iter: int | None = None,
+    time_limit: float | None = None,
+    threads: int = 1,
+    least_rows: int = LEAST_ROWS,
+) -> AnswerByRows:
+    """Solve a membrane whose rows are divided among the processes of a communicator; all of them must call it.
+
+    The answer is the same to the bit for any number of processes. It is certified by the fast certificate of
+    `contactqp.certify`, which all processes take together, and never gathered.
+
+    Parameters
+    ----------
+    membrane : MembraneByRows
+        The same in every process.
+    comm : mpi4py.MPI.Comm, optional
+        By default all processes that were started together.
+    tol, max_iter, time_limit
+        See `contactqp.solve`; the clock is that of the first process.
+    threads : int
+        Threads of each process.
+    least_rows : int
+        Rows a process below which a coarse level is held whole by every one.
+
+    Returns
+    -------
+    AnswerByRows
+
+    Raises
+    ------
+    ImportError
+        If mpi4py is not installed.
+    TypeError, ValueError
+        If an argument is no good, or there are too many processes for so few rows; in every process.
+
+    Examples
+    --------
+    >>> import contactqp as cq
+    >>> membrane = cq.mpi.MembraneByRows((63, 63), 1 / 64, 1.0, load=1.0, support=0.05)
+    >>> answer = cq.mpi.solve(membrane)
+    >>> answer.status.value, answer.gap.shape
+    ('certified', (63, 63))
+    """
+    request = Request.of(tol, max_iter, time_limit)
+    threads, least_rows = integer_at_least(threads, 1, "threads"), integer_at_least(least_rows, 1, "least_rows")
+    started = time.perf_counter()
+    ranks = Ranks(comm)
+    posed = PosedByRows(membrane, ranks, least_rows)
+    task = _Task(posed, request, threads, started)
+    log = CycleLog(posed.lattice.reach)
+    load_kernels(posed.lattice)
+    setup_seconds = time.perf_counter() - started
+    outcome: tuple[Stop, str] | None = None
+    with Team(threads) as team:
+        q, reference, limits = posed.start()
+        solver = nested_start(posed.lattice, q, reference, team, limits=limits)
+        del q, reference, limits  # of which the iteration keeps what it needs
+        before, began = (ranks.messages, ranks.sent), time.perf_counter()
+        while outcome is None:
+            solver.relax()
+            log.add(solver.estimate)
+            outcome = log.outcome(solver, task, request.max_iter or MAX_CYCLES)
+            if outcome is None:
+                solver.correct()
+    stop, why = outcome
+    cycle_seconds = (time.perf_counter() - began) / log.cycles
+    messages, sent = (now - then for now, then in zip((ranks.messages, ranks.sent), before, strict=True))
+    gap = posed.lattice.layout.vector(solver.omega) if log.judged is None else log.judged
+    del solver
+    measures = task.measured(gap)
+    certificate = measures.certificate()
+    good = certificate.gap_bound <= task.tol * measures.scale
+    return AnswerByRows(
+        posed=posed,
+        tol=task.tol,
+        status=Status.CERTIFIED if good else _LIMITS[stop],
+        termination=f"{why} after {log.cycles} cycles",
+        measures=measures,
+        certificate=certificate,
+        iterations=log.cycles,
+        setup_seconds=setup_seconds,
+        seconds=time.perf_counter() - started,
+        cycle_seconds=cycle_seconds,
+        messages=messages / log.cycles,
+        sent=sent / log.cycles,
+    )
+
+
+@dataclass
+class _Task:
+    """What a cycle's log asks of a task, answered by all processes together."""
+
+    posed: PosedByRows
+    request: Request
+    threads: int
+    started: float
+    _gap: Vector | None = None
+    _measures: LatticeMeasures | None = None
+
+    @property
+    def tol(self) -> float:
+        """See `contactqp.backends.base.Task`."""
+        return self.request.tolerance.tol
+
+    @property
+    def seconds_left(self) -> float:
+        """Seconds until the time limit, by the clock of the first process."""
+        if self.request.time_limit is None:
+            return np.inf
+        left = self.request.time_limit - (time.perf_counter() - self.started)
+        return self.posed.ranks.everyones([left])[0]
+
+    def bound(self, gap: Vector) -> float:
+        """Return the bound of a dimensionless gap's error, relative to the error scale."""
+        return self.measured(gap).relative_estimate
+
+    def measured(self, gap: Vector) -> LatticeMeasures:
+        """Return the measures of a dimensionless gap; those of the last one are kept."""
+        if self._measures is None or gap is not self._gap:
+            posed = self.posed
+            length = posed.units.gap(gap)
+            self._measures = LatticeMeasures(posed.problem, posed.barrier, length, posed.part, threads=self.threads)
+            self._gap = gap
+        return self._measures

@@ -1,0 +1,54 @@
+"""Regions along lattice lines: rectangles, corners that point inwards, holes; and what is refused."""
+
+import numpy as np
+import pytest
+
+from contactqp.continuum.cells import Cells, largest_at_corners
+
+
+def test_a_rectangle():
+    cells = Cells(np.ones((2, 4), dtype=bool), 0.5)
+    assert cells.inside.all()
+    assert cells.convex
+    assert cells.strip == (0, 0, 3)
+    level, upright = cells.rim
+    np.testing.assert_array_equal(level, [[0] * 5 + [3] * 5, [*range(5)] * 2])
+    np.testing.assert_array_equal(upright, [[0, 0, 1, 1, 2, 2], [0, 5] * 3])
+
+
+def test_a_corner_that_points_inwards():
+    mask = np.ones((4, 5), dtype=bool)
+    mask[:2, :2] = False
+    cells = Cells(mask, 0.5)
+    assert not cells.convex
+    assert cells.inside.sum() == 5 * 6 - 4
+    assert cells.closure.sum() == 6 * 7 - 4
+    assert sum(len(rows) for rows, _ in cells.rim) == 22
+
+
+def test_a_hole():
+    mask = np.ones((7, 7), dtype=bool)
+    mask[2:5, 2:5] = False
+    cells = Cells(mask, 1.0)
+    assert cells.inside.sum() == 64 - 4
+    assert len(cells.rim[0][0]) == 8 + 8 + 2 + 2
+
+
+@pytest.mark.parametrize(
+    ("rows", "where"),
+    [
+        (["111", "101", "111"], "at row 1, column 1"),  # a pin
+        (["11111", "10001", "11111"], "at row 1, column 1"),  # a slit
+        (["111", "000", "111"], ""),  # a wall without thickness
+        (["101"], ""),
+    ],
+)
+def test_frames_within_the_region_are_refused(rows, where):
+    mask = np.array([[mark == "1" for mark in row] for row in rows])
+    with pytest.raises(ValueError, match=f"has a pin, a slit or a passage without nodes {where}".strip()):
+        Cells(mask, 1.0)
+
+
+def test_the_largest_about_a_point():
+    found = largest_at_corners(np.array([[1.0, 2.0], [0.0, 5.0]]))
+    np.testing.assert_array_equal(found, [[1, 2, 2], [1, 5, 5], [0, 5, 5]])

@@ -1,0 +1,147 @@
+"""A lattice whose rows are divided: what each process holds, and the same bits as on the whole lattice."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from peers import by_peers
+
+import contactqp as cq
+from contactqp.algebra.stencil import Stencil
+from contactqp.foundation.threads import Team
+from contactqp.geometry.numbering import Layout
+from contactqp.geometry.runs import SUPPORTED
+from contactqp.methods.multigrid.arms import Arms, arms_of
+from contactqp.methods.multigrid.contact import NO_LIMITS
+from contactqp.methods.multigrid.nested import nested_start
+from contactqp.methods.multigrid.rows import BLOCK, HALO, Rows
+from contactqp.methods.multigrid.strips import Gathered, Strip, divided
+
+
+def cycled(lattice, q, height, limits, cycles=3, threads=1):
+    """Return gap, estimates, changes and cut corrections of some cycles from a nested start."""
+    facts = []
+    with Team(threads) as team:
+        solver = nested_start(lattice, q, height, team, limits=limits)
+        for _ in range(cycles):
+            solver.relax()
+            solver.correct()
+            facts.append((solver.estimate, solver.changes, solver.cut, solver.damping, solver.rest(), solver.work))
+        solver.relax()
+    return solver.omega, facts
+
+
+def window(array, part):
+    return np.ascontiguousarray(array[part.offset : part.offset + part.height])
+
+
+def divided_cycles(lattice, q, height, limits, peer, least):
+    """Return the own rows of what `cycled` returns, of one of several peers."""
+    edges = divided((lattice.rows, lattice.columns), lattice.typical_arms, peer.size, least)
+    part = Strip(peer, tuple(edges), least)
+    whole = lattice.layout
+    kinds = np.full(whole.mask.shape, SUPPORTED, dtype=np.uint8) if whole.kinds is None else whole.kinds
+    mask, kinds = (window(np.pad(points, 1), part)[1:-1, 1:-1] for points in (whole.mask, kinds))
+    layout = Layout(np.ascontiguousarray(mask), np.ascontiguousarray(kinds))
+    own = Arms(layout, lattice.across, lattice.along, part=part)
+    bounds = tuple(window(bound, part) for bound in limits) if limits[0].size else NO_LIMITS
+    omega, facts = cycled(own, window(q, part), window(height, part), bounds)
+    first = 0 if peer.rank == 0 else part.first
+    last = part.height if peer.rank == peer.size - 1 else part.last
+    return omega[first:last], facts
+
+
+KINDS = "rectangle", "masked", "two-sided", "strong"
+
+
+@given(st.integers(0, 9999), st.sampled_from([2, 3, 5]), st.sampled_from(KINDS))
+@settings(max_examples=12)
+def test_divided_rows_give_the_same_bits(seed, size, kind):
+    rng = np.random.default_rng(seed)
+    rows, columns = int(rng.integers(BLOCK * size, BLOCK * size + 70)), int(rng.integers(7, 60))
+    mask = np.ones((rows, columns), dtype=bool)
+    if kind == "masked":
+        mask = rng.uniform(size=(rows, columns)) < 0.9
+    stencil = Stencil(mask, *((0.02, 0.48) if kind == "strong" else (0.25, 0.25)))
+    lower: Any = 0.0
+    upper: Any = np.inf
+    if kind == "two-sided":
+        lower = np.where(rng.uniform(size=stencil.size) < 0.2, -np.inf, 0.0)
+        upper = np.where(rng.uniform(size=stencil.size) < 0.5, rng.uniform(0.0, 2.0, stencil.size), np.inf)
+    problem = cq.ContactQP(stencil, rng.normal(size=stencil.size), lower, upper)
+    lattice = arms_of(stencil, problem.layout)
+    q, height = lattice.layout.grid(problem.q), lattice.layout.grid(rng.uniform(size=stencil.size))
+    limits = problem.bound_grids()
+    expected, facts = cycled(lattice, q, height, limits)
+    found = by_peers(size, lambda peer: divided_cycles(lattice, q, height, limits, peer, BLOCK))
+    np.testing.assert_array_equal(np.concatenate([own for own, _ in found]), expected)
+    assert all(told == facts for _, told in found)
+
+
+def test_no_number_depends_on_threads():
+    """Where arms differ, every cycle goes by sums over all nodes."""
+    rng = np.random.default_rng(5)
+    arms = rng.uniform(0.1, 1.0, (400, 701)), rng.uniform(0.1, 1.0, (401, 700))
+    stencil = Stencil(np.ones((400, 700), dtype=bool), *arms)
+    problem = cq.ContactQP(stencil, rng.normal(size=stencil.size))
+    lattice = arms_of(stencil, problem.layout)
+    q, height = lattice.layout.grid(problem.q), lattice.layout.zeros()
+    found = [cycled(lattice, q, height, NO_LIMITS, threads=threads) for threads in (1, 3)]
+    np.testing.assert_array_equal(found[0][0], found[1][0])
+    assert found[0][1] == found[1][1]
+
+
+def test_strips_begin_where_blocks_do_and_hold_a_halo():
+    edges = divided((511, 511), (1.0, 1.0), 3)
+    assert edges == [1, 160, 320, 512]
+
+    def told(peer):
+        part = Strip(peer, tuple(edges))
+        below = part.coarser(255, 2)
+        return part.offset, part.height, part.first, part.last, part.near(5), below.own, type(below), part.blocks
+
+    first, middle, last = by_peers(3, told)
+    assert first[:5] == (0, 160 + HALO, 1, 160, (1, 165))
+    assert middle[:5] == (152, 160 + 2 * HALO, 8, 168, (3, 173))
+    assert last[:5] == (312, 513 - 312, 8, 200, (3, 200))
+    assert [one[5] for one in (first, middle, last)] == [(1, 80), (80, 160), (160, 256)]
+    assert {one[6] for one in (first, middle, last)} == {Strip}
+    assert first[7][:2] == [(1, 16), (16, 32)]
+    assert middle[7][0] == (8, 24)
+
+
+def test_blocks_are_the_same_whoever_holds_them():
+    whole = Rows(131).blocks
+    edges = divided((131, 9), (1.0, 1.0), 4, BLOCK)
+
+    def told(peer):
+        part = Strip(peer, tuple(edges), BLOCK)
+        return part.everyones([(low + part.offset, high + part.offset) for low, high in part.blocks])
+
+    assert by_peers(4, told) == [whole] * 4
+
+
+def test_a_level_of_few_rows_is_held_whole_by_everyone():
+    edges = divided((64, 20), (1.0, 1.0), 2, 32)
+    grid = np.arange(66.0)[:, None] * np.ones(3)
+
+    def told(peer):
+        part = Strip(peer, tuple(edges), 64)
+        below = part.coarser(32, 2)
+        assert isinstance(below, Gathered)
+        planes = np.zeros((2, below.height, 3))
+        first, last = below.own_with_ring
+        planes[:, first:last] = 1 + peer.rank
+        below.share(planes, axis=1)
+        return below.picked(window(grid, part), part, 2)[:, 0], planes[1, :, 2]
+
+    for picked, plane in by_peers(2, told):
+        assert picked.tolist() == [*range(0, 66, 2), 65]
+        assert plane.tolist() == [1.0] * 16 + [2.0] * 18
+
+
+def test_too_many_processes_for_so_few_rows_are_refused():
+    with pytest.raises(ValueError, match="40 rows of nodes are too few for 3 processes"):
+        divided((40, 100), (1.0, 1.0), 3)

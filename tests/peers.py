@@ -1,0 +1,55 @@
+"""Threads of one process in the place of processes, for tests of what is divided among them."""
+
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+
+class _Party:
+    def __init__(self, size):
+        self.size, self.barrier, self.told = size, threading.Barrier(size, timeout=60), [None] * size
+
+
+class Peer:
+    """One of them: what `contactqp.methods.multigrid.strips.Peers` asks for."""
+
+    def __init__(self, party, rank):
+        self._party, self.rank, self.size = party, rank, party.size
+
+    def _everyone_tells(self, what):
+        party = self._party
+        party.told[self.rank] = what
+        party.barrier.wait()
+        told = list(party.told)
+        party.barrier.wait()
+        return told
+
+    def everyones(self, found):
+        return [one for part in self._everyone_tells(list(found)) for one in part]
+
+    def exchange(self, down, up, from_below, from_above):
+        told = self._everyone_tells((down.copy(), up.copy()))
+        if self.rank > 0:
+            from_below[...] = told[self.rank - 1][1]
+        if self.rank < self.size - 1:
+            from_above[...] = told[self.rank + 1][0]
+
+    def collect(self, array, edges):
+        told = self._everyone_tells(array[edges[self.rank] : edges[self.rank + 1]].copy())
+        array[...] = np.concatenate(told)
+
+
+def by_peers(size, work):
+    """Return what ``work(peer)`` returns for each of ``size`` peers, which work at the same time."""
+    party = _Party(size)
+
+    def one(rank):
+        try:
+            return work(Peer(party, rank))
+        except BaseException:
+            party.barrier.abort()
+            raise
+
+    with ThreadPoolExecutor(size) as pool:
+        return [found.result() for found in [pool.submit(one, rank) for rank in range(size)]]
