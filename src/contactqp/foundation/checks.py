@@ -146,6 +146,11 @@ def nearest(word: object, known: Iterable[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
+def unchanging(value: object) -> bool:
+    """Whether ``value`` is an array of floats that holds its own numbers and has been marked as `read_only`."""
+    return type(value) is np.ndarray and value.dtype == np.float64 and not value.flags.writeable and value.base is None
+
+
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """Mark ``array`` as not writeable and return it."""
     array.setflags(write=False)

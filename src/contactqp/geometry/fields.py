@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextvars import copy_context
 from typing import Any, Literal, NamedTuple, TypeAlias, cast
 
 import numpy as np
@@ -275,10 +274,7 @@ def in_strips(lattice: Lattice, function: Any, name: str) -> Vector | None:
         if probes.ndim == 0:
             return None
         with Team() as team:
-            strips = team.strips(0, rows, columns, 1)
-            # What the caller has told numpy to do about overflow, say, holds in threads as well.
-            contexts = {first: copy_context() for first, _ in strips}
-            team.run(lambda first, last: contexts[first].run(evaluate, first, last), strips)
+            team.run(evaluate, team.strips(0, rows, columns, 1))
     except Exception:
         return None
     found = np.concatenate([values[node[line] : node[line + 1]] for line in lines])

@@ -581,7 +581,8 @@ class ContactModel(ABC):
         known = self._known_unreachable
         if known is not None and not known.any():
             return known
-        below = (self.depth[:1] if repeated(self.depth) else self.depth) - self._datum
+        below = self.depth[:1] if repeated(self.depth) else self.depth
+        below = below - self._datum if self._datum else below
         reach = self._reach() + self._frame_relief()
         if self.ceiling_depth is not None:
             # A ceiling that lies below the frame presses the nodes down to it.
@@ -590,7 +591,8 @@ class ContactModel(ABC):
             # Twice, because the stiffness is rounded, and the reach is that of the exact one.
             return read_only(known & (below > 2 * reach))
         scale = reach + max(0.0, -float(below.min()))
-        deep = np.isfinite(below) & (below > _BEYOND * scale) if 0 < scale < np.inf else np.zeros(1, dtype=np.bool_)
+        deep = below > (_BEYOND * scale if 0 < scale < np.inf else np.inf)
+        deep = deep & np.isfinite(below) if deep.any() else deep
         return np.broadcast_to(deep if deep.any() else np.False_, (self.size,))
 
     @property
@@ -661,7 +663,7 @@ class ContactModel(ABC):
 
         G holds the foundation as well.
         """
-        q = self.nodal_load - self._pull_of_reference()
+        q = read_only(self.nodal_load - self._pull_of_reference())
         reference = self.reference - self._datum if self._datum else self.reference
         if self._relative is not None:
             return self._relative.with_forces(q, gap_scale=self._gap_scale, reference=reference)
@@ -693,8 +695,9 @@ class ContactModel(ABC):
         if barrier is None:
             return None
         v, load = barrier.v, self._forces_at(self._datum)
-        mean = float(barrier.mean_deflection(np.maximum(load, 0.0), v))
-        suction = float(barrier.mean_deflection(np.maximum(-load, 0.0), v)) if load.min() < 0 else 0.0
+        lifted = load.min() < 0
+        mean = float(barrier.mean_deflection(np.maximum(load, 0.0) if lifted else load, v))
+        suction = float(barrier.mean_deflection(np.maximum(-load, 0.0), v)) if lifted else 0.0
         return self._scale_of(mean, suction, v)
 
     def _scale_of(self, mean: float, suction: float, v: Vector) -> float | None:
