@@ -1,22 +1,24 @@
 """A file that tests have another process run, as the package has PETSc's worker: it answers what it is told to.
 
-It is asked as `contactqp.backends.in_files` asks, and is run by this interpreter.
+It is asked as `contactqp.backends.in_files` asks, run by this interpreter; of the package it loads that one file.
 """
 
 import os
+import runpy
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
 
-from contactqp.backends.petsc_worker import _answer, _awaited
+SOURCE = Path(__file__).parents[1] / "src" / "contactqp" / "backends" / "petsc_worker.py"
 
+real = runpy.run_path(str(SOURCE))
 folder = Path(sys.argv[1])
 (folder / f"{os.getpid()}.pid").touch()
 number = 0
 while True:
-    asked = _awaited(folder, number, os.getppid())
+    asked = real["_awaited"](folder, number, int(sys.argv[2]))
     if asked is None:
         break
     method, told, arrays = asked["method"], asked["settings"], asked["arrays"]
@@ -28,5 +30,5 @@ while True:
         sys.stderr.write(told["words"])
         sys.stderr.flush()
         os._exit(7)
-    _answer(folder, number, 0, 1 if method == "twice" else None, {"told": told})
+    real["_answer"](folder, number, 0, 1 if method == "twice" else None, {"told": told})
     number += 1

@@ -24,9 +24,8 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="other systems have n
 
 @pytest.fixture(autouse=True)
 def scratch(tmp_path, monkeypatch):
-    """The folder that temporary ones stand in; the worker imports this package, which PETSc's does not."""
+    """The folder that temporary ones stand in."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path for path in sys.path if path))
     return tmp_path
 
 

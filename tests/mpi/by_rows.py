@@ -69,6 +69,7 @@ def beside_one_process(answer):
     assert max(answer.total_reaction.lower, solution.total_reaction.lower) <= min(
         answer.total_reaction.upper, solution.total_reaction.upper
     )
+    assert abs(answer.max_slope - solution.max_slope) < 1e-12
     return {"apart": float(np.abs(answer.gap[nodes] - solution.gap).max()), "outside": max(0.0, float(outside))}
 
 

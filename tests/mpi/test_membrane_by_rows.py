@@ -65,3 +65,23 @@ def test_a_mask_is_of_yes_and_no():
         membrane(mask=lambda x, y: x).nodes(0, 1)
     with pytest.raises(TypeError, match="must be boolean"):
         membrane(mask=np.ones((4, 3))).nodes(0, 1)
+
+
+def test_one_process_holds_few_rows_as_well():
+    pytest.importorskip("mpi4py")
+    support = np.where(np.eye(4, 3) > 0, np.inf, 0.5)
+    answer = cq.mpi.solve(membrane(load=10.0, support=support), max_iter=50)
+    assert (answer.status.value, answer.rows) == ("certified", (0, 4))
+    lattice = cq.Lattice.from_mask(np.ones((4, 3), dtype=bool), 0.5)
+    solution = cq.solve(cq.Membrane(lattice, 1.0, load=10.0, support=support))
+    np.testing.assert_allclose(answer.deflection.ravel(), solution.deflection, atol=1e-6)
+    assert "certified, multigrid of 1 process, " in answer.summary()
+
+
+def test_limits_are_told():
+    pytest.importorskip("mpi4py")
+    model = cq.mpi.MembraneByRows((40, 40), 0.025, 1.0, load=1.0, support=lambda x, y: 0.01 + x * y)
+    answer = cq.mpi.solve(model, tol=1e-10, max_iter=1)
+    assert answer.status.value == "iteration_limit"
+    assert "ended       cycle limit after 1 cycle" in answer.summary()
+    assert cq.mpi.solve(model, tol=1e-12, time_limit=1e-6).status.value == "time_limit"

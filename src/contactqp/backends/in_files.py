@@ -115,7 +115,7 @@ class InFiles:
         with (self._folder / "errors").open("wb") as errors:
             try:
                 self._process = subprocess.Popen(
-                    [*command, str(self._folder)],
+                    [*command, str(self._folder), str(os.getpid())],
                     stdin=subprocess.DEVNULL,
                     stdout=_standard_error(),
                     stderr=errors,

@@ -336,15 +336,15 @@ class _Log:
         self._before = sides
 
 
-def main(folder: Path) -> None:
+def main(folder: Path, caller: int) -> None:
     """Answer what is asked in a folder, until nobody can ask any more.
 
     The first question makes the system; its settings tell the options, and how many ranks there must be.
     """
     import petsc4py
 
-    number, parent = 0, os.getppid()
-    asked = _awaited(folder, number, parent)
+    number = 0
+    asked = _awaited(folder, number, caller)
     if asked is None:
         return
     options, ranks = asked["settings"]["options"], asked["settings"]["ranks"]
@@ -361,7 +361,7 @@ def main(folder: Path) -> None:
     _answer(folder, number, rank, None, {})
     while True:
         number += 1
-        asked = _awaited(folder, number, parent)
+        asked = _awaited(folder, number, caller)
         if asked is None:
             return
         part, facts = getattr(system, asked["method"])(asked["arrays"], asked["settings"])
@@ -379,17 +379,26 @@ def _text(value: Any) -> str | None:
     return None if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _awaited(folder: Path, number: int, parent: int) -> dict[str, Any] | None:
+def _awaited(folder: Path, number: int, caller: int) -> dict[str, Any] | None:
     """Return the next question, its arrays left in their files, or None where nobody can ask any more."""
     file, since = folder / f"{number}.json", time.monotonic()
     while not file.exists():
-        if not folder.exists() or os.getppid() != parent:
+        if not (folder.exists() and _lives(caller)):
             shutil.rmtree(folder, ignore_errors=True)
             return None
         time.sleep(_OFTEN if time.monotonic() - since < _SOON else _SELDOM)
     asked: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
     arrays = (folder / str(number)).glob("*.npy")
     return {**asked, "arrays": {path.stem: np.load(path, mmap_mode="r") for path in arrays}}
+
+
+def _lives(process: int) -> bool:
+    """Whether a process is there: mpiexec, which starts the ranks, outlives whoever started it."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def _write_part(folder: Path, number: int, system: System, part: Any) -> None:
@@ -421,7 +430,7 @@ def _told(error: Exception) -> str:
 if __name__ == "__main__":
     _folder = Path(sys.argv[1])
     try:
-        main(_folder)
+        main(_folder, int(sys.argv[2]))
     except Exception as error:
         _words = _folder / f"{os.getpid()}.words"
         _words.write_text(_told(error), encoding="utf-8")

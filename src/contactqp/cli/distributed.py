@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from ..foundation.loading import needed
+from ..io.zarr_stores import INSTALL
 from .application import EXIT_BAD_INPUT, EXIT_NOT_CERTIFIED, EXIT_OK, check_output
 
 if TYPE_CHECKING:
@@ -66,6 +68,8 @@ def _solved(
     if plot is not None:
         raise ValueError("--plot draws what one process holds; draw from the store that --out writes")
     check_output("--out", out, (".zarr",))
+    if out is not None:
+        ranks.agreed(lambda: needed("zarr", "writing .zarr", INSTALL))
     from ..mpi.cases import membrane_of_case
     from ..mpi.solve import solve
 

@@ -25,11 +25,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from ..foundation.checks import Vector
+from ..foundation.checks import Mask, Vector
 from ..foundation.intervals import Interval
 from ..foundation.surfaces import Ranged
 from ..geometry.numbering import Grid
@@ -38,6 +38,33 @@ from .plan import Plan
 
 _GROW = 1 + 1e-14
 """What bounds are multiplied by for the few roundings of what they consist of."""
+
+
+class Cells(Protocol):
+    """What a region is cut into: squares, see `contactqp.continuum.plan.Plan`, or stretches of a line."""
+
+    @property
+    def spacing(self) -> float:
+        """Side h (length)."""
+
+    @property
+    def nodes(self) -> Mask:
+        """Which points are nodes."""
+
+    @property
+    def squares(self) -> Mask:
+        """Which cells belong to the region."""
+
+    @property
+    def around_points(self) -> tuple[Interval, Interval]:
+        """What holds x and y of each point."""
+
+    @property
+    def around_squares(self) -> tuple[Interval, Interval]:
+        """What holds x and y in each cell."""
+
+    def at_corner(self, points: Any, corner: int) -> Any:
+        """Return what an array of points has at one of the four corners of each cell."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,14 +118,14 @@ class CellField:
         return np.maximum(self.below, self.above)
 
 
-def number_field(plan: Plan, number: float) -> CellField:
+def number_field(plan: Cells, number: float) -> CellField:
     """Return the field that is a number everywhere."""
     squares: Grid = np.broadcast_to(np.float64(0.0), plan.squares.shape)
     same: Grid = np.broadcast_to(np.float64(number), plan.squares.shape)
     return CellField(np.broadcast_to(number, plan.nodes.shape), *(squares,) * 4, True, same, same, *(squares,) * 3)
 
 
-def array_field(plan: Plan, values: Grid, *, exact: bool = True) -> CellField:
+def array_field(plan: Cells, values: Grid, *, exact: bool = True) -> CellField:
     """Return the field that is the bilinear interpolant of values at the points, shape (rows + 2, columns + 2)."""
     corners = [plan.at_corner(values, corner) for corner in range(4)]
     none: Grid = np.broadcast_to(np.float64(0.0), plan.squares.shape)
@@ -144,12 +171,12 @@ def continued(plan: Plan, at_nodes: Vector, given: Grid) -> Grid:
     return values
 
 
-def function_field(plan: Plan, function: Any, values: Grid) -> CellField:
+def function_field(plan: Cells, function: Any, values: Grid) -> CellField:
     """Return the field of a function of (x, y), of which the values at the points are known.
 
     Parameters
     ----------
-    plan : Plan
+    plan : Plan or other Cells
     function : callable
         With what `contactqp.foundation.surfaces.Ranged` tells, or without.
     values : array, shape (rows + 2, columns + 2)
@@ -197,7 +224,7 @@ def _unknown_as_infinite(part: Grid) -> Grid:
     return np.where(np.isnan(part), np.inf, part)
 
 
-def _rounding_of(plan: Plan, function: Any, values: Grid) -> Grid:
+def _rounding_of(plan: Cells, function: Any, values: Grid) -> Grid:
     """Return how far values at the points may lie from the function there; a declared function is what it returns."""
     if not isinstance(function, Profile):
         return np.zeros(values.shape)

@@ -152,8 +152,17 @@ class Plan:
     def around_squares(self) -> tuple[Interval, Interval]:
         """What holds x and y in each square, shapes (1, columns + 1) and (rows + 1, 1), length."""
         x, y = self.around_points
-        along_x = Interval(x.lower[:, :-1], x.upper[:, 1:])
-        return along_x, Interval(y.lower[:-1], y.upper[1:])
+        columns, rows = (np.flatnonzero(self.points.any(axis=axis)) for axis in (0, 1))
+        first, last = (columns[0], rows[0]), (columns[-1], rows[-1])
+
+        def within(ends: Interval, axis: int) -> Interval:
+            # A function need not be defined in squares that are no part of the membrane.
+            least, most = ends.lower.ravel()[first[axis]], ends.upper.ravel()[last[axis]]
+            return Interval(np.clip(ends.lower, least, most), np.clip(ends.upper, least, most))
+
+        along_x = within(x, 0)
+        along_y = within(y, 1)
+        return Interval(along_x.lower[:, :-1], along_x.upper[:, 1:]), Interval(along_y.lower[:-1], along_y.upper[1:])
 
     @cached_property
     def chains(self) -> tuple[Chain, ...]:

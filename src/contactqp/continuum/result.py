@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Vector
+from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.text import at_most, folded, rounded_outwards
 from ..plotting.of_squares import map_of_squares
@@ -17,9 +18,26 @@ from .contact import ContactBounds
 from .membrane import MembraneBounds
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 EXACT, SAMPLED = "exact", "sampled data"
+
+
+class NodalBounds(NamedTuple):
+    """Bounds of a continuous deflection at the nodes.
+
+    Attributes
+    ----------
+    lower, upper : array, shape (n,)
+        Positive as the model's heights (length).
+    error_bound : float
+        No less than the distance of the answer's deflections from it (length).
+    """
+
+    lower: Vector
+    upper: Vector
+    error_bound: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +67,8 @@ class Continuum:
         length); v is the interpolant, lowered where it would cross a curved support between the nodes.
     pointwise : MembraneBounds or None
         With ``effort="pointwise"``: bounds of the membrane at every point, and of where it touches.
+    at_nodes : NodalBounds or None
+        Of a cable of one tension, without foundation and ceiling: bounds of its deflection at the nodes.
 
     Examples
     --------
@@ -56,7 +76,7 @@ class Continuum:
     >>> lattice = cq.Frame.rectangle(1, 1).lattice(spacing=1 / 32)
     >>> found = cq.solve(cq.Membrane(lattice, tension=1.0, load=1.0, support=0.03), tol=1e-9).continuum("energy")
     >>> print(found)
-    Continuum(energy): proven of the membrane itself
+    Continuum(energy): proven of the continuum itself
       data               exact
       potential energy   -0.01358923 to -0.01355716 (force times length)
       energy-norm error  <= 0.0081, 7 % of the norm
@@ -71,6 +91,7 @@ class Continuum:
     contact_error: float
     sampled: tuple[str, ...] = ()
     pointwise: MembraneBounds | None = None
+    at_nodes: NodalBounds | None = None
 
     @property
     def proven(self) -> bool:
@@ -84,18 +105,18 @@ class Continuum:
 
     @property
     def lower(self) -> Vector:
-        """Lower bounds of the membrane's deflection at the nodes (length), shape (n,); needs effort="pointwise"."""
-        return self._at_points("lower").lower
+        """Lower bounds of the deflection at the nodes (length), shape (n,), by effort="pointwise"."""
+        return self._at_nodes("lower").lower
 
     @property
     def upper(self) -> Vector:
-        """Upper bounds of the membrane's deflection at the nodes (length), shape (n,); needs effort="pointwise"."""
-        return self._at_points("upper").upper
+        """Upper bounds of the deflection at the nodes (length), shape (n,), by effort="pointwise"."""
+        return self._at_nodes("upper").upper
 
     @property
     def error_bound(self) -> float:
-        """Bound of the answer's distance from the membrane at the nodes (length); needs effort="pointwise"."""
-        return self._at_points("error_bound").error_bound
+        """Bound of the answer's distance from the membrane at the nodes (length), with effort="pointwise"."""
+        return self._at_nodes("error_bound").error_bound
 
     @property
     def contact(self) -> ContactBounds:
@@ -128,6 +149,46 @@ class Continuum:
         own = f"the membrane itself: all is decided but for {at_most(100 * share)} % of the area"
         return map_of_squares(found.edges, states, Wanted(ax, None, title, units), own)
 
+    def to_dataset(self) -> xr.Dataset:
+        """Return the bounds as an xarray.Dataset: on the lattice's nodes by x and y, in squares by x_square, y_square.
+
+        Variables: lower and upper (of the deflection), gap_lower, gap_upper, gap_lower_in_squares,
+        gap_upper_in_squares, and contact_state of the squares (1 certainly in contact, 0 certainly clear, -1 undecided,
+        -9 outside); what is one number stands in the attributes. Needs effort="pointwise".
+
+        Returns
+        -------
+        xarray.Dataset
+        """
+        load_modules("xarray")
+        import xarray as xr
+
+        found = self._at_points("to_dataset")
+        x, y = found.edges
+        squares = {"x_square": (x[1:] + x[:-1]) / 2, "y_square": (y[1:] + y[:-1]) / 2}
+        in_squares = ("y_square", "x_square")
+        contact = found.contact
+        state = np.where(contact.contact, 1, np.where(contact.clear, 0, np.where(contact.undecided, -1, -9)))
+        nodal = {"lower": found.lower, "upper": found.upper, "gap_lower": found.gap_lower, "gap_upper": found.gap_upper}
+        fields = {name: (("y", "x"), found.lattice.scatter(values)) for name, values in nodal.items()}
+        fields["gap_lower_in_squares"] = (in_squares, found.gap_lower_in_cells)
+        fields["gap_upper_in_squares"] = (in_squares, found.gap_upper_in_cells)
+        attributes = {
+            "data": self.data,
+            "error_bound": found.error_bound,
+            "contact_area": list(contact.area),
+            "total_reaction": list(contact.reaction),
+            "largest_depth": list(found.largest_depth),
+            "free_boundary_width": contact.free_boundary_width,
+            "potential_energy": list(self.energy),
+            "energy_error": self.energy_error,
+        }
+        places = {"x": found.lattice.x, "y": found.lattice.y, **squares}
+        return xr.Dataset(fields | {"contact_state": (in_squares, state)}, places, attributes)
+
+    def _at_nodes(self, name: str) -> MembraneBounds | NodalBounds:
+        return self._at_points(name) if self.at_nodes is None else self.at_nodes
+
     def _at_points(self, name: str) -> MembraneBounds:
         if self.pointwise is None:
             raise AttributeError(f"{name} needs solution.continuum(effort='pointwise'), this is {self.effort!r}")
@@ -139,6 +200,8 @@ class Continuum:
         yield "potential energy", f"{lower!r} to {upper!r} (force times length)"
         share = f", {at_most(100 * self.relative_energy_error)} % of the norm" if self.energy_norm else ""
         yield "energy-norm error", f"<= {at_most(self.energy_error)}{share}"
+        if self.at_nodes is not None:
+            yield "error at nodes", f"<= {at_most(self.at_nodes.error_bound)} (length)"
         yield "contact error", f"<= {at_most(self.contact_error)} (force times length)"
         if self.pointwise is not None:
             yield from self._facts_at_points(self.pointwise)
@@ -158,7 +221,7 @@ class Continuum:
             yield "free boundary", f"within {at_most(contact.free_boundary_width)} (length) of the undecided squares"
 
     def __str__(self) -> str:
-        words = "proven of the membrane itself" if self.proven else "computed of the membrane, not proven"
+        words = "proven of the continuum itself" if self.proven else "computed of the continuum, not proven"
         rows = [f"Continuum({self.effort}): {words}"]
         rows += [folded(f"  {name:<19}{told}", 80, 21) for name, told in self._facts()]
         if not self.proven:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Mask, Vector, finite_number, one_of, real_array
 from ..foundation.loading import load_modules
+from ..foundation.surfaces import Ranged
 from ..foundation.threads import Team
 from .labelled import APART, Places, is_dataarray, is_labelled, with_places
 from .lattice import Lattice
@@ -462,7 +463,7 @@ def of_x_and_y(field: Any) -> Any:
     >>> of_x_and_y(7.0)
     7.0
     """
-    if not callable(field):
+    if not callable(field) or isinstance(field, Ranged):
         return field
     import inspect
 

@@ -21,6 +21,9 @@ _NEARLY_ALL = 0.9
 _JUMP = 3.0
 """So many times as far as it bends nearly everywhere must the support, carried on to the frame, stand above it."""
 
+_SLOPE_LIMIT = 0.2
+"""Above this slope the hypothesis of small deformations, (c) of the paper, is worth a remark."""
+
 _FEWEST = 4
 """Bends of the support that it takes to tell a step at the frame from them."""
 
@@ -182,3 +185,16 @@ def _other_side(heights: Heights, depth: Vector) -> Iterator[str]:
         f"support lies at {heights.span(known)} and the frame at {heights.told(frame):.4g}, on the other side of "
         f"height zero; {heights.sense}, but the depth of a profile is positive downwards in any model: check the signs"
     )
+
+
+def steep(slope: float) -> tuple[str, ...]:
+    """Return a caution about the largest slope of a deflection, none where it is small.
+
+    Examples
+    --------
+    >>> steep(0.1), steep(0.23)
+    ((), ('largest slope 0.23: the theory assumes small slopes',))
+    """
+    if slope <= _SLOPE_LIMIT:
+        return ()
+    return (f"largest slope {slope:.{2 if slope < 100 else 3}g}: the theory assumes small slopes",)

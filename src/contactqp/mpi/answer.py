@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from .._version import __version__
 from ..foundation.brackets import Bracket, sum_above, sum_below
 from ..foundation.checks import Vector
-from ..foundation.text import at_most
+from ..foundation.text import at_most, counted
 from ..io.fields import Field
 from ..models.base import ForceBalance
 from ..models.records import states_of
+from ..models.suspicions import steep
 from ..problem.barrier import Barrier
 from ..proof.certificate import Certificate
 from ..proof.energy import Nodes, admissible_state, bracket_at, inner_between
@@ -151,7 +152,7 @@ class AnswerByRows:
 
     @property
     def contact_state(self) -> NDArray[np.float64]:
-        """What is proven of each node of the own rows, see `contactqp.models.records.NodeState`."""
+        """What is proven of each node of the own rows: 1 in contact, 2 with the ceiling, 0 clear, -1 undecided."""
         return self.on_rows(states_of(self.certificate).astype(np.float64))
 
     @property
@@ -244,6 +245,19 @@ class AnswerByRows:
         )
 
     @cached_property
+    def max_slope(self) -> float:
+        """Largest slope of the deflection along an arm (no unit); the theory assumes small ones."""
+        posed = self.posed
+        numbering, rows = posed.stencil.numbering, slice(posed.part.first - 1, posed.part.last + 1)
+        heights = numbering.to_grid(self._below, ring=1, fill=self.membrane.frame_depth)[rows]
+        nodes = numbering.to_grid(np.ones(self._below.size, dtype=np.bool_), ring=1, fill=False)[rows]
+        steepest = 0.0
+        for own, there in ((heights, nodes), (heights[1:-1].T, nodes[1:-1].T)):
+            rise, arms = np.abs(np.diff(own, axis=0)), there[:-1] | there[1:]
+            steepest = max(steepest, float(rise.max(where=arms, initial=0.0)))
+        return max(posed.part.everyones([steepest])) / self.membrane.spacing
+
+    @cached_property
     def _below(self) -> Vector:
         return self.posed.reference - self.measures.gap
 
@@ -307,7 +321,8 @@ class AnswerByRows:
         balance, ranks = self.force_balance, self.posed.ranks
         area, reaction, energy = self.contact_area, self.total_reaction, self.energy_bracket
         lines = [
-            f"AnswerByRows: {self.status.value}, multigrid of {ranks.size} processes, {self.iterations} cycles, "
+            f"AnswerByRows: {self.status.value}, multigrid of {counted(ranks.size, 'process', 'processes')}, "
+            f"{counted(self.iterations, 'cycle')}, "
             f"{self.seconds:.2f} s",
             f"  problem     {self.membrane!r}",
             f"  gap error   <= {at_most(self.gap_bound)} (certified), {at_most(self.relative_bound, 1)} of the error "
@@ -323,6 +338,7 @@ class AnswerByRows:
         ]
         if not self.status.ok:
             lines.append(f"  ended       {self.termination}")
+        lines += [f"  caution     {told}" for told in steep(self.max_slope)]
         return "\n".join(lines)
 
     def __repr__(self) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from ..backends.base import Stop
 from ..backends.multigrid import MAX_CYCLES, CycleLog
 from ..foundation.checks import Vector, integer_at_least
+from ..foundation.text import counted, shortened
 from ..foundation.threads import Team
 from ..methods.multigrid.nested import nested_start
 from ..methods.multigrid.strips import LEAST_ROWS
@@ -81,6 +82,11 @@ def solve(
     >>> answer.status.value, answer.gap.shape
     ('certified', (63, 63))
     """
+    if not isinstance(membrane, MembraneByRows):
+        raise TypeError(
+            f"membrane must be a contactqp.mpi.MembraneByRows, whose rows are read where they are needed, got "
+            f"{shortened(membrane)}; what one process holds is solved by contactqp.solve"
+        )
     request = Request.of(tol, max_iter, time_limit)
     threads, least_rows = integer_at_least(threads, 1, "threads"), integer_at_least(least_rows, 1, "least_rows")
     started = time.perf_counter()
@@ -114,7 +120,7 @@ def solve(
         posed=posed,
         tol=task.tol,
         status=Status.CERTIFIED if good else _LIMITS[stop],
-        termination=f"{why} after {log.cycles} cycles",
+        termination=f"{why} after {counted(log.cycles, 'cycle')}",
         measures=measures,
         certificate=certificate,
         iterations=log.cycles,

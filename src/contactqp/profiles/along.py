@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import finite_number
+from ..foundation.intervals import Interval
+from ..foundation.surfaces import Curvature, Ranged
 from .analytic import Profile
 
 
@@ -80,6 +82,29 @@ class Along(Profile):
         (towards_x, towards_y), (start_x, start_y) = self._direction, self.start
         points = start_x + far * towards_x - beside * towards_y, start_y + far * towards_y + beside * towards_x
         return np.asarray(self.surface(*points), dtype=np.float64)
+
+    def range(self, x: Interval, y: Interval) -> Interval | None:
+        """See `Profile.range`: that of the surface."""
+        surface: Any = self.surface
+        return surface.range(*self._in_plan(x, y)) if isinstance(surface, Ranged) else None
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature | None:
+        """See `Profile.curvature`: that of the surface, turned."""
+        surface: Any = self.surface
+        known = surface.curvature(*self._in_plan(x, y)) if isinstance(surface, Ranged) else None
+        if known is None:
+            return None
+        a, b = (float(part) for part in self._direction)
+        mixed = 2 * Interval.of(a) * b * known.xy
+        return Curvature(
+            a * (a * known.xx) + mixed + b * (b * known.yy),
+            a * (b * (known.yy - known.xx)) + (Interval.of(a).square() - Interval.of(b).square()) * known.xy,
+            b * (b * known.xx) - mixed + a * (a * known.yy),
+        )
+
+    def _in_plan(self, x: Interval, y: Interval) -> tuple[Interval, Interval]:
+        far, (a, b), (start_x, start_y) = x - self.abscissa, map(float, self._direction), self.start
+        return start_x + far * a - y * b, start_y + far * b + y * a
 
     def __repr__(self) -> str:
         (x0, y0), (x1, y1) = self.start, self.end

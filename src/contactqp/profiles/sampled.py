@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..foundation.checks import Vector, one_of, read_only, real_array, refuse_non_finite, vector
+from ..foundation.intervals import Interval
 from ..foundation.loading import load_modules
+from ..foundation.surfaces import Curvature
 from .analytic import Profile
 from .choices import DUPLICATES, KEEP_ONE, OUTSIDE, REACH, Decimal, Duplicates, Outside, one_of_each
 from .sample_files import Column, read_samples
+
+_ROUNDING = 1e-13
+"""What interpolation may round by, over the largest depth."""
 
 Interpolation = Literal["linear", "pchip"]
 
@@ -175,6 +180,44 @@ class Sampled(Profile):
             depth = PchipInterpolator(self.x, self.depth)(held)
         return np.asarray(np.where(beyond, np.inf, depth) if self.outside == "none" else depth)
 
+    def range(self, x: Interval, y: Interval) -> Interval:
+        """See `Profile.range`: depths are greatest and least at the ends or at samples, however they are joined."""
+        low, high, beyond = self._clipped(x)
+        ends = np.stack([np.asarray(Sampled.__call__(self, end)) for end in (low, high)])
+        first, last = np.searchsorted(self.x, low, "left"), np.searchsorted(self.x, high, "right")
+        room = _ROUNDING * float(np.abs(self.depth).max())
+        least = np.minimum(ends.min(axis=0), _extreme(self.depth, first, last, np.minimum, np.inf)) - room
+        most = np.maximum(ends.max(axis=0), _extreme(self.depth, first, last, np.maximum, -np.inf)) + room
+        shape = np.broadcast_shapes(x.lower.shape, y.lower.shape)
+        most = np.where(beyond, np.inf, most) if self.outside == "none" else most
+        return Interval(np.broadcast_to(least, shape), np.broadcast_to(most, shape))
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature | None:
+        """See `Profile.curvature`: kinks at samples that are joined by straight lines; of a cubic it is not known."""
+        if self.interpolation != "linear":
+            return None
+        low, high, beyond = self._clipped(x)
+        slopes = np.diff(self.depth) / np.diff(self.x)
+        # Beyond the samples the profile goes on level, where it goes on.
+        turns = np.diff(np.concatenate([[0.0], slopes, [0.0]])) if self.outside == "hold" else np.zeros(self.x.size)
+        if self.outside != "hold":
+            turns[1:-1] = np.diff(slopes)
+        first, last = np.searchsorted(self.x, low, "left"), np.searchsorted(self.x, high, "right")
+        upwards, downwards = (np.concatenate([[0], np.cumsum(kinks)]) for kinks in (turns > 0, turns < 0))
+        bent = [counts[last] > counts[first] for counts in (upwards, downwards)]
+        unknown = beyond & (self.outside == "none")
+        shape = np.broadcast_shapes(x.lower.shape, y.lower.shape)
+        upper = np.where(bent[0] | unknown, np.inf, 0.0)
+        lower = np.where(bent[1], -np.inf, 0.0)
+        none = Interval.of(np.zeros(shape))
+        return Curvature(Interval(np.broadcast_to(lower, shape), np.broadcast_to(upper, shape)), none, none)
+
+    def _clipped(self, x: Interval) -> tuple[Vector, Vector, NDArray[np.bool_]]:
+        """Return the ends of intervals within the samples, and which go beyond these by more than rounding."""
+        room = REACH * (self.x[-1] - self.x[0])
+        beyond = (x.lower < self.x[0] - room) | (x.upper > self.x[-1] + room)
+        return np.clip(x.lower, self.x[0], self.x[-1]), np.clip(x.upper, self.x[0], self.x[-1]), np.asarray(beyond)
+
     def __repr__(self) -> str:
         outside = "" if self.outside == "error" else f", outside={self.outside!r}"
         return f"Sampled({self.x.size} samples, x from {self.x[0]:g} to {self.x[-1]:g}, {self.interpolation}{outside})"
@@ -201,3 +244,22 @@ def _one_for_each(x: Vector, depth: Vector, kept: str) -> tuple[Vector, Vector]:
     if starts.size == x.size:
         return x, depth
     return x[starts], one_of_each(depth, starts, kept)
+
+
+def _extreme(values: Vector, first: Any, last: Any, take: Any, none: float) -> Vector:
+    """Return the least or the greatest of ``values[first:last]`` for many pairs of places, ``none`` of no value.
+
+    Of two runs whose length is a power of two, and which together cover the places, the extremes are kept.
+    """
+    count = np.maximum(last - first, 0)
+    found = np.full(np.shape(count), none)
+    run, length = values, 1
+    while length <= values.size:
+        chosen = (count >= length) & (count < 2 * length)
+        if chosen.any():
+            found[chosen] = take(run[first[chosen]], run[last[chosen] - length])
+        if 2 * length > values.size:
+            break
+        run = take(run[:-length], run[length:])
+        length *= 2
+    return found

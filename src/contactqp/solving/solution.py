@@ -31,6 +31,7 @@ from ..methods.factors import DIRECT_SIZE
 from ..models.base import ContactModel, ForceBalance, split
 from ..models.membrane import Membrane
 from ..models.records import held_reaction
+from ..models.suspicions import steep
 from ..problem.contact_problem import ContactProblem
 from ..problem.posed import Units
 from ..proof.certificate import Certificate
@@ -57,9 +58,6 @@ OnFailure = Literal["warn", "raise", "ignore"]
 
 _SHARP_ON_LATTICES = 100_000
 """Nodes up to which a sharp certificate takes some hundredths of a second."""
-
-SLOPE_LIMIT = 0.2
-"""Above this slope the hypothesis of small deformations, (c) of the paper, is worth a remark."""
 
 _WORTH_TELLING = 0.05
 """Seconds of loading and compiling that a solution tells of."""
@@ -414,11 +412,7 @@ class Solution:
                 "same conditions, to rounding"
             )
             return (several,) if self.play else ()
-        slope = self.max_slope if self.finite else 0.0
-        if slope <= SLOPE_LIMIT:
-            return self.model.cautions
-        told = f"{slope:.{2 if slope < 100 else 3}g}"
-        return (*self.model.cautions, f"largest slope {told}: the theory assumes small slopes")
+        return (*self.model.cautions, *steep(self.max_slope if self.finite else 0.0))
 
     @cached_property
     def play(self) -> float:

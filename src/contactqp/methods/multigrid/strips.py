@@ -139,14 +139,14 @@ def divided(shape: tuple[int, int], arms: tuple[float, float], processes: int, l
     Raises
     ------
     ValueError
-        If there are fewer than `rows.BLOCK` rows a process.
+        If there are fewer than `rows.BLOCK` rows for each of several processes.
 
     Examples
     --------
     >>> divided((511, 511), (1.0, 1.0), 3)
     [1, 160, 320, 512]
     """
-    if shape[0] < BLOCK * processes:
+    if processes > 1 and shape[0] < BLOCK * processes:
         most = max(1, shape[0] // BLOCK)
         raise ValueError(
             f"{shape[0]} rows of nodes are too few for {processes} processes, each of which takes at least {BLOCK}; "

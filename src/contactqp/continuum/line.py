@@ -1,0 +1,414 @@
+r"""Cables themselves: bounds of the energy of a continuous cable, and of its height at every node.
+
+**Energy.** With one dimension less, all of `contactqp.continuum.energy` holds of -(Tw′)′ + kw = p - R between two ends:
+v is the linear interpolant of the nodes, y is linear between the middles of neighbouring arms, where it is
+T(w_j - w_i)/h, and λ = R_i/h² about node i. On a stretch of length h the constants are those of squares, on the whole
+span L Friedrichs' is π/L. The interpolant of a support leaves it by h²/8 max f″ at most.
+
+**Heights.** (Constant T, no foundation, no ceiling.) Between two nodes let W be the cubic through their heights with
+-TW″ = Ip + a, where Ip is linear between the values of p at both, and a a number. At a node its slope jumps by the
+force
+
+.. math:: F_i = -T[W′] = (S_w - S_e)/h - h(p_{i-1} + 4p_i + p_{i+1})/6 - h(a_w + a_e)/2,
+
+where S are the differences times T, to the west and to the east. The parabola v = x(L - x)/2T has -Tv″ = 1, and its
+linear interpolant Iv the force h at each node.
+
+*From above.* A function W that is not below the ends, with -TW″ ≥ p between the nodes and F_i ≥ 0 at those where
+W_i < f_i, is no less than w*: on the set where w* > W the nodes have W_i < w_i* ≤ f_i, and w* is a subsolution, so that
+w* - W is convex there, and it vanishes at the ends of the set. With a no less than p - Ip and any heights w_i,
+W + τ⁺Iv has that if at each node τ⁺h ≥ -F_i, or τ⁺v_i ≥ f_i - w_i.
+
+*From below.* A function W that is neither above the ends nor above f, with -TW″ ≤ p and F_i ≤ 0, is no more than w*,
+which is the largest of these. With a no more than p - Ip, τ⁻h ≥ F_i at each node, and D ≥ 0 no less than W - f
+anywhere, W - τ⁻Iv - D has that; W - f is on each stretch at most max(w - f) at its ends, h²/8T max(0, p), and
+``below``.
+
+On flat ground D is h²p/8T: a bound of second order, without another solve.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..foundation.brackets import Bracket, sum_above, sum_below
+from ..foundation.checks import Mask, Vector
+from ..foundation.intervals import Interval
+from ..foundation.rounding import UNDERFLOW, gamma
+from ..foundation.surfaces import Curvature, Ranged
+from ..geometry.fields import OnFrame, is_function, of_x_and_y
+from ..models.cable import Cable
+from ..profiles.analytic import Profile
+from .cell_fields import CellField, array_field, function_field, number_field
+from .data import Tensions
+from .energy import EnergyBounds
+
+_FEW = gamma(40)
+_GROW = 1 + gamma(64)
+_LESS_THAN_PI = 3.141592653589793
+
+
+class _AlongX:
+    """A function of (x, y) on the line y = 0, on which it bends along x alone."""
+
+    def __init__(self, function: Any) -> None:
+        self.function = function
+
+    def range(self, x: Interval, y: Interval) -> Interval | None:
+        """See `contactqp.foundation.surfaces.Ranged`."""
+        return self.function.range(x, y) if isinstance(self.function, Ranged) else None
+
+    def curvature(self, x: Interval, y: Interval) -> Curvature | None:
+        """See `contactqp.foundation.surfaces.Ranged`."""
+        known = self.function.curvature(x, y)
+        none = Interval.of(np.zeros(x.lower.shape))
+        return None if known is None else Curvature(known.xx, none, none)
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """The stretches between a cable's nodes and ends, told as `contactqp.continuum.plan.Plan` tells squares.
+
+    Attributes
+    ----------
+    cable : Cable
+    """
+
+    cable: Cable
+
+    @property
+    def spacing(self) -> float:
+        """Length h of a stretch."""
+        return self.cable.lattice.spacing
+
+    @cached_property
+    def nodes(self) -> Mask:
+        """Which points are nodes: all but both ends."""
+        nodes = np.ones(self.cable.size + 2, dtype=np.bool_)
+        nodes[[0, -1]] = False
+        return nodes
+
+    @cached_property
+    def squares(self) -> Mask:
+        """All stretches belong to the cable."""
+        return np.ones(self.cable.size + 1, dtype=np.bool_)
+
+    @staticmethod
+    def at_corner(points: Any, corner: int) -> Any:
+        """Return what points have at the left (0, 3) or right (1, 2) end of each stretch."""
+        return points[:-1] if corner in (0, 3) else points[1:]
+
+    @cached_property
+    def x(self) -> Vector:
+        """Abscissae of the points (length)."""
+        return np.asarray(self.cable.point_x)
+
+    @cached_property
+    def around_points(self) -> tuple[Interval, Interval]:
+        """What holds x and y of each point."""
+        x = Interval.around(self.x, 4 * np.spacing(np.abs(self.x).max()))
+        return x, Interval.of(np.zeros(self.x.size))
+
+    @cached_property
+    def around_squares(self) -> tuple[Interval, Interval]:
+        """What holds x and y on each stretch."""
+        x, _ = self.around_points
+        return Interval(x.lower[:-1], x.upper[1:]), Interval.of(np.zeros(self.x.size - 1))
+
+    def field(self, name: str, nodal: Vector, turned: bool) -> CellField:
+        """Return a field by its values at the nodes, ``turned`` if what was given is a height and the field a depth."""
+        given = self.cable.given.get(name)
+        if is_function(given):
+            ends = np.broadcast_to(np.asarray(of_x_and_y(given)(self.x, 0 * self.x), dtype=np.float64), self.x.shape)
+            sign = -1.0 if turned and not isinstance(given, Profile) else 1.0
+            values = np.array(ends)
+            values[1:-1] = sign * nodal
+            field = function_field(self, _AlongX(given) if isinstance(given, Ranged) else given, values)
+            return -field if sign < 0 else field
+        if not isinstance(given, OnFrame) and (nodal == nodal[0]).all():
+            return number_field(self, float(nodal[0]))
+        return array_field(self, np.concatenate([nodal[:1], nodal, nodal[-1:]]), exact=name in self.cable.given)
+
+    @cached_property
+    def ends(self) -> tuple[float, float]:
+        """Depths of both ends (length)."""
+        heights = self.cable.padded_below(np.zeros(self.cable.size))[1]
+        return float(heights[0]), float(heights[-1])
+
+    @cached_property
+    def load(self) -> CellField:
+        """Active load p, positive downwards (force per length)."""
+        return self.field("load", self.cable.load, False)
+
+    @cached_property
+    def foundation(self) -> CellField | None:
+        """Stiffness k of the foundation (force per length and length); None without one."""
+        stiffness = self.cable.foundation
+        return None if stiffness is None or not stiffness.any() else self.field("foundation", stiffness, False)
+
+    @cached_property
+    def surfaces(self) -> list[tuple[CellField, float]]:
+        """What the cable must not cross, each with the sign by which depths count so that it is an upper bound."""
+        support = self.field("support", self.cable.depth, self.cable.upwards)
+        found = [(self._not_beyond_ends(support, 1.0, "support"), 1.0)]
+        if self.cable.ceiling_depth is not None:
+            ceiling = -self.field("ceiling", self.cable.ceiling_depth, self.cable.upwards)
+            found.append((self._not_beyond_ends(ceiling, -1.0, "ceiling"), -1.0))
+        return found
+
+    def _not_beyond_ends(self, surface: CellField, sign: float, name: str) -> CellField:
+        """Refuse ends that a surface has no room for; an array, which tells nothing of them, is as deep there."""
+        values = np.array(surface.values)
+        for place, end in zip((0, -1), self.ends, strict=True):
+            beyond = sign * end - values[place]
+            if beyond > 0:
+                if not isinstance(self.cable.given.get(name), OnFrame):
+                    raise ValueError(
+                        f"the end at x={self.x[place]:g} lies beyond the {name}, by {beyond:.3g}: no cable can be held "
+                        f"there; the {name} must leave room for the ends"
+                    )
+                values[place] = sign * end
+        return replace(surface, values=values)
+
+    @cached_property
+    def sampled(self) -> tuple[str, ...]:
+        """Names of the data that are known at points alone."""
+        parts = {"load": self.load, "foundation": self.foundation}
+        parts |= {name: part for name, (part, _) in zip(("support", "ceiling"), self.surfaces, strict=False)}
+        names = [name for name, part in parts.items() if part is not None and not part.exact]
+        tension = self.cable.tension_of_arms
+        told = isinstance(self._tension, CellField) and not self._tension.exact
+        return (*names, *(["tension"] if told or not (tension.source or tension.constant) else []))
+
+    @cached_property
+    def arms(self) -> Vector:
+        """Tension of each arm (force), shape (nodes + 1,)."""
+        return np.broadcast_to(np.ravel(self.cable.tension_of_arms.fields[0].arms), self.squares.shape)
+
+    @cached_property
+    def _tension(self) -> CellField | Vector:
+        field, source = self.cable.tension_of_arms.fields[0], self.cable.tension_of_arms.source
+        if source and is_function(source[0]):
+            values = np.broadcast_to(np.asarray(source[0](self.x, 0 * self.x), dtype=np.float64), self.x.shape)
+            return function_field(self, _AlongX(source[0]) if isinstance(source[0], Ranged) else source[0], values)
+        nodes = np.broadcast_to(field.nodes, (self.cable.size,))
+        return np.concatenate([nodes[:1], nodes, nodes[-1:]])
+
+    def tensions(self, side: int) -> Tensions:
+        """Return the tension in the halves of the stretches next to their left (0) or right (1) ends."""
+        kept = self._tension
+        if not isinstance(kept, CellField):
+            return Tensions(self.at_corner(kept, side), 0.0, 0.0)
+        own, far = self.at_corner(kept.values, side), self.at_corner(kept.values, 1 - side)
+        rounding = 1e-15 * np.abs(own)
+        return Tensions((3 * own + far) / 4, np.abs(far - own) / 4 + kept.apart + rounding, kept.apart + rounding)
+
+
+def cable_energy(line: Line, depths: Vector) -> EnergyBounds:
+    """Return what an answer of a cable's nodes proves of the energy of the cable itself.
+
+    Parameters
+    ----------
+    line : Line
+    depths : array, shape (n,)
+        Of the nodes, positive downwards (length).
+
+    Raises
+    ------
+    ValueError
+        If support or ceiling leave no room for the ends.
+    """
+    own = np.concatenate([line.ends[:1], depths, line.ends[1:]])
+    trial = own
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        limits = [(_most(line, surface, sign * own), sign) for surface, sign in line.surfaces]
+        for most, sign in limits:
+            trial = trial if most is None else np.where(line.nodes, sign * np.minimum(sign * trial, most), trial)
+        if any(most is None or (sign * trial > most)[1:-1].any() for most, sign in limits):
+            return EnergyBounds(Bracket(-np.inf, np.inf), np.inf, np.inf, _norm(line, own))
+        misfit, cost, slack = _misfit_and_costs(line, own, trial)
+        gap = max(0.0, _above(misfit / 2 + cost))
+        norm = _above(slack + math.sqrt(_above(slack**2 + 2 * gap)))
+        energy = _energy(line, trial)
+        lowered = _norm(line, own - trial) if (own != trial).any() else 0.0
+    lower = sum_below([energy.lower, -gap, -_above(slack * norm)])
+    if math.isnan(lower):
+        lower = -math.inf
+    upper = math.inf if math.isnan(energy.upper) else energy.upper
+    return EnergyBounds(Bracket(lower, upper), _above(norm + lowered), _above(gap + slack**2 / 2), _norm(line, own))
+
+
+def _above(value: float) -> float:
+    return math.inf if math.isnan(value) else float(value) * _GROW + UNDERFLOW
+
+
+def _sum(values: Vector) -> float:
+    return _above(sum_above(values.tolist()) + values.size * UNDERFLOW)
+
+
+def _most(line: Line, surface: CellField, points: Vector) -> Vector | None:
+    """Return how deep nodes may be so that chords stay above a surface, None if that cannot be told."""
+    below = np.where(np.isfinite(surface.below), surface.below, 0.0)
+    steep = (
+        ~np.isfinite(surface.below)
+        | np.isinf(line.at_corner(surface.values, 0))
+        | np.isinf(line.at_corner(surface.values, 1))
+    )
+    bottom = np.where(steep, surface.range_lower, np.inf)
+    drop = np.where(steep, 0.0, below * _GROW)
+    for stretch in (0, -1):
+        if steep[stretch]:
+            if points[stretch] > surface.range_lower[stretch]:
+                return None
+        elif np.isfinite(surface.bent_below[stretch]):
+            drop[stretch] = 4 * surface.bent_below[stretch] * _GROW
+        elif surface.values[stretch] - points[stretch] < drop[stretch]:
+            return None
+    room = np.maximum(np.append(drop, 0.0), np.append(0.0, drop))
+    least = np.minimum(np.append(bottom, np.inf), np.append(np.inf, bottom))
+    reach = np.where(room > 0, np.nextafter(surface.values - room, -np.inf), surface.values)
+    return np.asarray(np.minimum(reach, least))
+
+
+def _norm(line: Line, points: Vector) -> float:
+    """Return an upper bound of the energy norm of the interpolant of values at the points."""
+    square = np.diff(points) ** 2
+    stored = sum((t.middle + t.spread) * square / 2 for t in (line.tensions(0), line.tensions(1))) / line.spacing
+    if line.foundation is not None:
+        most = np.maximum(line.foundation.range_upper, 0.0) * line.spacing
+        stored = stored + most * (points[1:] ** 2 + points[:-1] ** 2) / 2
+    return _above(math.sqrt(_sum(stored * _GROW)))
+
+
+def _energy(line: Line, points: Vector) -> Bracket:
+    """Return a bracket of J(v) of the interpolant of values at the points."""
+    h, load, foundation = line.spacing, line.load, line.foundation
+    springs = 0.0 if foundation is None else foundation.values * points
+    force, size = load.values - springs / 2, np.abs(load.values) + np.abs(springs)
+    apart = _apart(line, points)
+    square = np.diff(points) ** 2
+    stored, error = np.zeros(square.shape), np.zeros(square.shape)
+    for tension in (line.tensions(0), line.tensions(1)):
+        stored += tension.middle * square / (4 * h)
+        error += tension.mean_apart * square / (4 * h)
+    left, right = slice(None, -1), slice(1, None)
+    work = h / 6 * (points[left] * (2 * force[left] + force[right]) + points[right] * (force[left] + 2 * force[right]))
+    most = h / 2 * (np.abs(points[left]) + np.abs(points[right])) * np.maximum(size[left], size[right])
+    error = error * _GROW + _FEW * (stored + most) + h * apart * (np.abs(points[left]) + np.abs(points[right])) / 2
+    error = error * _GROW + UNDERFLOW
+    return Bracket(sum_below((stored - work - error).tolist()), sum_above((stored - work + error).tolist()))
+
+
+def _apart(line: Line, points: Vector) -> Vector:
+    """Return how far p - kv lies from the interpolant of its values on each stretch, at most."""
+    foundation = line.foundation
+    if foundation is None:
+        return np.asarray(line.load.apart)
+    high = np.maximum(np.abs(points[1:]), np.abs(points[:-1]))
+    product = foundation.apart * high + np.abs(np.diff(foundation.values) * np.diff(points)) / 4
+    size = np.abs(line.load.values) + np.abs(foundation.values * points)
+    return np.asarray((line.load.apart + product + _FEW * np.maximum(size[1:], size[:-1])) * _GROW)
+
+
+def _misfit_and_costs(line: Line, own: Vector, trial: Vector) -> tuple[float, float, float]:
+    """Return upper bounds of η², Λ and κ."""
+    h = line.spacing
+    flux = line.arms * np.diff(own)
+    foundation = line.foundation
+    springs = 0.0 if foundation is None else foundation.values * trial
+    force, size = line.load.values - springs, np.abs(line.load.values) + np.abs(springs)
+    middles = (flux[:-1] + flux[1:]) / 2
+    at_points = np.concatenate([[flux[0] + force[0] * h**2 / 2], middles, [flux[-1] - force[-1] * h**2 / 2]])
+    misfit, swing = np.zeros(flux.shape), np.zeros(flux.shape)
+    difference = np.diff(trial)
+    for side in (0, 1):
+        tension, at_point = line.tensions(side), line.at_corner(at_points, side)
+        rounding = _FEW * (tension.middle * np.abs(difference) + np.abs(flux) + np.abs(at_point))
+        square = (np.abs(tension.middle * difference - (flux + at_point) / 2) + rounding) ** 2
+        square += (np.abs(flux - at_point) + rounding) ** 2 / 12
+        misfit += square / (2 * h * tension.least)
+        swing += tension.spread**2 / (2 * h * tension.least) * difference**2
+    root = _above(math.sqrt(_sum(misfit))) + (_above(math.sqrt(_sum(swing))) if swing.any() else 0.0)
+    nodes = line.nodes
+    reaction, rounding = np.zeros(own.shape), np.zeros(own.shape)
+    reaction[1:-1] = force[1:-1] * h**2 + np.diff(flux)
+    rounding[1:-1] = _FEW * (size[1:-1] * h**2 + np.abs(flux[1:]) + np.abs(flux[:-1]))
+    stiffness = np.zeros(own.shape)
+    stiffness[1:-1] = line.arms[1:] + line.arms[:-1]
+    pressed, cost = np.zeros_like(nodes), 0.0
+    for surface, sign in line.surfaces:
+        push = sign * reaction
+        gap, large = surface.values - sign * trial, np.abs(surface.values) + np.abs(trial)
+        mean, room = np.zeros(own.shape), np.zeros(own.shape)
+        for side in (0, 1):
+            part = slice(None, -1) if side == 0 else slice(1, None)
+            mean[part] += (0.75 * line.at_corner(gap, side) + 0.25 * line.at_corner(gap, 1 - side)) / 2
+            mean[part] += surface.mean_above / 2
+            room[part] += line.at_corner(large, side) + line.at_corner(large, 1 - side) + np.abs(surface.mean_above)
+        held = nodes & (push > 0) & ((surface.values - sign * own) * stiffness < push)
+        paid = np.where(held, (mean + _FEW * room) * push / h, 0.0)
+        held &= np.isfinite(paid)
+        paid = paid[held]
+        cost += sum_above((paid + _FEW * np.abs(paid) + UNDERFLOW).tolist())
+        pressed |= held
+    left = np.where(pressed, 0.0, np.abs(reaction)) + rounding
+    apart = _apart(line, trial)
+    uneven = np.diff(force) / 2
+    drift = np.zeros(own.shape)
+    drift[1:-1] = np.abs(uneven[1:] - uneven[:-1]) / 4 + (apart[1:] + apart[:-1]) / 2 + _FEW * size[1:-1]
+    wide = (np.abs(uneven) * _THIRD_ROOT + apart + _FEW * (size[1:] + size[:-1])) ** 2
+    least = min(float(np.min(line.tensions(side).least)) for side in (0, 1))
+    loose = math.sqrt(_sum(((left + h**2 * drift)[1:-1]) ** 2 / h**3))
+    span = h * flux.size
+    slack = loose * span / _LESS_THAN_PI + h / _LESS_THAN_PI * math.sqrt(_sum(h * wide))
+    ends = _FEW * h * float(size[0] + size[-1] + (np.abs(flux[0]) + np.abs(flux[-1])) / h**2)
+    return _above(root**2), cost, _above((slack + ends * math.sqrt(span)) / math.sqrt(least))
+
+
+_THIRD_ROOT = 0.5773502691896258
+"""No less than the square root of a third."""
+
+
+def cable_heights(line: Line, depths: Vector) -> tuple[Vector, Vector] | None:
+    """Return lower and upper bounds of the depths of the cable itself at its nodes (length), shape (n,) each.
+
+    None for a cable whose tension varies, on a foundation, or under a ceiling.
+
+    Parameters
+    ----------
+    line : Line
+    depths : array, shape (n,)
+        Of the nodes, positive downwards (length).
+    """
+    cable = line.cable
+    if not cable.tension_of_arms.constant or line.foundation is not None or len(line.surfaces) > 1:
+        return None
+    own, h, tension = np.concatenate([line.ends[:1], depths, line.ends[1:]]), line.spacing, float(line.arms[0])
+    load, support = line.load, line.surfaces[0][0]
+    flux, p, size = tension * np.diff(own), load.values, np.abs(load.values)
+    force = (flux[:-1] - flux[1:]) / h**2 - (p[:-2] + 4 * p[1:-1] + p[2:]) / 6  # over h
+    rounding = _FEW * ((np.abs(flux[:-1]) + np.abs(flux[1:])) / h**2 + size[:-2] + size[1:-1] + size[2:]) + UNDERFLOW
+    number = np.arange(1, own.size - 1)
+    barrier = h**2 * number * (own.size - 1 - number) / (2 * tension)
+    gap = support.values[1:-1] - own[1:-1]
+    off = np.maximum(support.rounding[1:], support.rounding[:-1]) + _FEW * np.abs(own[1:-1])
+    raised = rounding - force + (load.above[1:] + load.above[:-1]) / 2 * _GROW
+    touching = np.where(np.isfinite(gap), np.maximum(gap + off, 0.0) / barrier, np.inf)
+    above = max(0.0, float(np.minimum(raised, touching * _GROW).max()))
+    below = max(0.0, float((rounding + force + (load.below[1:] + load.below[:-1]) / 2 * _GROW).max()))
+    steep = ~np.isfinite(support.below) | ~np.isfinite(support.values[1:] + support.values[:-1])
+    bulge = h**2 / (8 * tension) * np.maximum(np.maximum(p[1:], p[:-1]), 0.0) * _GROW
+    with np.errstate(invalid="ignore"):
+        crossing = np.maximum(own[1:] - support.values[1:], own[:-1] - support.values[:-1]) + support.below
+        rim = np.maximum(own[1:], own[:-1]) - support.range_lower
+    over = np.where(steep, rim, crossing) + bulge + _FEW * np.maximum(np.abs(own[1:]), np.abs(own[:-1]))
+    drop = max(0.0, float(over.max()))
+    room = _FEW * (np.abs(own[1:-1]) + drop)
+    lower = own[1:-1] - below * barrier * _GROW - drop - room
+    upper = own[1:-1] + above * barrier * _GROW + room
+    return lower, np.minimum(upper, support.values[1:-1] + off)
