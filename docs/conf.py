@@ -45,7 +45,7 @@ autodoc_mock_imports = [name for name in ("torch", "jax") if importlib.util.find
 nitpick_ignore_regex = [
     ("py:.*", r"(?!contactqp).*"),
     # What docstrings name for who reads the source:
-    ("py:obj", r"contactqp\.(algebra|foundation|geometry|problem|proof|solving|studies)\..+"),
+    ("py:obj", r"contactqp\.(algebra|continuum|foundation|geometry|problem|proof|solving|studies)\..+"),
 ]
 autosummary_ignore_module_all = False
 autosummary_filename_map = {  # classes have these names with a capital, which some file systems do not tell apart

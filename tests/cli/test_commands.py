@@ -522,7 +522,7 @@ def test_solve_refines_until_the_membrane_is_enclosed(tmp_path):
     result = run("solve", case, "--continuum-tol", 0.05)
     assert result.exit_code == 0
     assert "SolvedTo(2 solved, spacing 0.0625 to 0.03125" in result.output
-    assert "Continuum(pointwise): proven of the membrane itself" in result.output
+    assert "Continuum(pointwise): proven of the continuum itself" in result.output
     assert "certified" in result.output
 
 

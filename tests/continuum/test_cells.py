@@ -22,6 +22,7 @@ def test_a_corner_that_points_inwards():
     cells = Cells(mask, 0.5)
     assert not cells.convex
     assert cells.inside.sum() == 5 * 6 - 4
+    assert np.transpose(cells.inward_corners).tolist() == [[2, 2]]
     assert cells.closure.sum() == 6 * 7 - 4
     assert sum(len(rows) for rows, _ in cells.rim) == 22
 

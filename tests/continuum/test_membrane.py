@@ -125,6 +125,22 @@ def test_what_it_tells():
         _ = plain.lower
 
 
+def test_the_bounds_as_a_dataset_and_as_a_picture(tmp_path):
+    found = enclosed(square(16))
+    dataset = found.to_dataset()
+    assert dict(dataset.sizes) == {"y": 17, "x": 17, "y_square": 18, "x_square": 18}
+    inner = dataset["lower"].to_numpy()
+    np.testing.assert_array_equal(inner[~np.isnan(inner)], found.lower)
+    assert dataset["contact_state"].to_numpy().tolist().count([-9] * 18) == 2
+    assert (dataset["contact_state"] == 1).sum() == found.contact.contact.sum()
+    assert dataset.attrs["error_bound"] == found.error_bound
+    dataset.to_netcdf(tmp_path / "bounds.nc")
+    figure = found.plot(title="a bowl")
+    assert figure.axes[0].get_title() == "a bowl"
+    labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert labels == ["certainly clear", "undecided", "certainly in contact"]
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

@@ -90,7 +90,7 @@ def test_corners_that_point_inwards_are_worse_but_never_wrong():
     closure = np.isfinite(lower)
     assert (lower[closure] <= fine_upper[::4, ::4][closure]).all()
     assert (fine_lower[::4, ::4][closure] <= upper[closure]).all()
-    assert np.nanmax(fine_upper - fine_lower) < np.nanmax(upper - lower)
+    assert np.nanmean(fine_upper - fine_lower) < 0.2 * np.nanmean(upper - lower)
 
 
 def test_what_the_lattice_is_solved_for_is_no_part_of_the_proof():

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..foundation.checks import Mask, Vector, read_only, real_array
 from ..foundation.loading import load_modules
 from ..foundation.rounding import DIFFERENCES, UNDERFLOW, gamma
+from ..foundation.threads import Team
 from ..geometry.numbering import Numbering
 from .compensated import Chain, two_product, two_sum
 from .stiffness import LatticeStiffness
@@ -208,13 +209,26 @@ class Stencil(LatticeStiffness):
         -------
         array, shape (size,)
         """
-        west, east, south, north = self.weights()
-        own = height[1:-1, 1:-1]
-        force = west * (own - height[1:-1, :-2]) + east * (own - height[1:-1, 2:])
-        force = force + (south * (own - height[:-2, 1:-1]) + north * (own - height[2:, 1:-1]))
-        if self.grounded:
-            force = force + self.ground * own
-        return self.numbering.to_vector(force)
+        rows, columns = self.mask.shape
+        arms = [np.broadcast_to(arm, self.mask.shape) for arm in (*self.weights(), self.ground)]
+        pull = np.empty((rows, columns))
+
+        def resist(first: int, last: int) -> None:
+            step = max(1, _POINTS_AT_ONCE // columns)
+            for row in range(first, last, step):
+                rest = min(row + step, last)
+                west, east, south, north, ground = (arm[row:rest] for arm in arms)
+                near = height[row : rest + 2]
+                own = near[1:-1, 1:-1]
+                force = west * (own - near[1:-1, :-2]) + east * (own - near[1:-1, 2:])
+                force += south * (own - near[:-2, 1:-1]) + north * (own - near[2:, 1:-1])
+                if self.grounded:
+                    force += ground * own
+                pull[row:rest] = force
+
+        with Team() as team:
+            team.run(resist, team.strips(0, rows, columns))
+        return self.numbering.to_vector(pull)
 
     def pull_and_magnitude(self, height: _Grid) -> tuple[Vector, Vector]:
         """Return the force of `pull`, and the same sum with the moduli of the differences; shapes (..., size)."""

@@ -291,6 +291,10 @@ class State(ABC):
             of the same kinds, though their values and the reference may differ. By default the prepared one.
         """
 
+    def solve_problem(self, problem: ContactProblem, task: Task) -> Answer:
+        """Solve the problem as it is now, see `solve`; a state that lays its forces out need not ask for a vector."""
+        return self.solve(problem.q, task, problem)
+
     def answers(self, cases: LoadCases, asked: int) -> CaseAnswers | None:
         """Return answers to many load cases at once, or None where each is better asked for by itself.
 
@@ -384,7 +388,7 @@ class Backend(ABC):
 
     def solve(self, problem: ContactProblem, task: Task, *_: Any, **options: Any) -> Answer:
         """Solve the dimensionless ``problem``: l ≤ ω ≤ u, with zero always among the admissible gaps."""
-        return self.state_of(problem, task, options).solve(problem.q, task)
+        return self.state_of(problem, task, options).solve_problem(problem, task)
 
     def prepare(self, problem: ContactProblem, task: Task, *_: Any, **options: Any) -> State:
         """Return a state that solves the problem again and again; by default one that keeps nothing."""

@@ -70,9 +70,10 @@ def checked_answer(backend: Backend, answer: Any, size: int) -> Answer:
     gap = real_array(answer.gap, f"the gap that {said}", copied=False)
     if gap.shape != (size,):
         raise ValueError(f"the gap that {said} must have shape ({size},), one number for each unknown, got {gap.shape}")
-    bad = np.flatnonzero(~np.isfinite(gap))
-    if not bad.size:
+    finite = np.isfinite(gap)
+    if finite.all():
         return answer
+    bad = np.flatnonzero(~finite)
     words = f"{answer.termination}; but the gap is {gap[bad[0]]} at unknown {bad[0]} ({bad.size} of {size} not finite)"
     return replace(answer, stop=Stop.FAILED, termination=words, claimed_solved=answer.claimed)
 

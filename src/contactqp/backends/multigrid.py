@@ -89,13 +89,17 @@ class _Prepared(State):
 
     def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
         """See `State.solve`."""
+        return self.solve_problem(as_it_is_now(self._problem, q, problem), task)
+
+    def solve_problem(self, problem: ContactProblem, task: Task) -> Answer:
+        """See `State.solve_problem`."""
         started = working_seconds()
-        arms, problem = self._arms, as_it_is_now(self._problem, q, problem)
+        arms = self._arms
         budget = MAX_CYCLES if task.max_iter is None else task.max_iter
         log = CycleLog(arms.reach)
         outcome: tuple[Stop, str] | None = None
         with Team(self._threads) as team:
-            solver = self._started(q, problem, task, team)
+            solver = self._started(problem, task, team)
             setup_seconds = working_seconds() - started
             while outcome is None:
                 solver.relax()
@@ -120,7 +124,7 @@ class _Prepared(State):
         )
         return _handed_over(answer, problem, task, budget) if stop is Stop.FAILED else answer
 
-    def _started(self, q: Vector, problem: ContactProblem, task: Task, team: Team) -> ContactMultigrid:
+    def _started(self, problem: ContactProblem, task: Task, team: Team) -> ContactMultigrid:
         """Return the iteration at its start.
 
         After its own last answer it goes on from a prediction, or from what the coarser lattices' solutions change by;
@@ -135,19 +139,19 @@ class _Prepared(State):
         if task.warm_start is not None and nest is not None and (task.predicted or task.resumes):
             nest.work_with(team)
             if task.predicted:
-                nest.start(task.warm_start, q, limits)
+                nest.start(task.warm_start, problem.q, limits)
             elif nest.complete:
-                nest.change(layout.grid(q), problem.reference_grid(), limits, factor=self._unit / unit)
+                nest.change(problem.force_grid(), problem.reference_grid(), limits, factor=self._unit / unit)
             else:
                 nest = None
         elif task.warm_start is not None:
-            solver = ContactMultigrid(self._arms, layout.grid(q), team, limits)
+            solver = ContactMultigrid(self._arms, problem.force_grid(), team, limits)
             solver.omega[...] = layout.grid(problem.project(task.warm_start))
             return solver
         if task.warm_start is None or nest is None:
             nest = Nest(self._arms, team)
             nest.begin(
-                layout.grid(q),
+                problem.force_grid(),
                 problem.reference_grid(),
                 lambda nodes: task.progress.update(f"nested iteration, {nodes} nodes"),
                 limits,
@@ -228,6 +232,7 @@ class CycleLog:
         """Return why to stop, None to go on, and FAILED where another method has to go on."""
         self.judged = None
         if self.bounds[-1] <= task.tol:
+            solver.give_up_spare()
             self.judged = solver.lattice.layout.vector(solver.omega)
             bound = task.bound(self.judged)
             if bound <= task.tol:

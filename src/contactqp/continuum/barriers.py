@@ -177,9 +177,11 @@ def _best_shift(problem: ObstacleProblem, most: Grid, defects: Grid, least_shift
 
 
 def _above_zero(values: Grid, inside: Mask) -> Grid:
-    """Return the positive parts, rounded up; infinite where a cell's value is not a number, zero outside."""
-    positive = np.where(np.isnan(values), np.inf, np.maximum(values, 0.0))
-    return np.where(inside, positive * (1 + _SLACK) + UNDERFLOW * (positive > 0), 0.0)
+    """Return the positive parts of rounded differences, rounded up; infinite for nan, zero outside."""
+    positive = np.maximum(values, 0.0)
+    positive *= 1 + _SLACK
+    np.copyto(positive, 0.0, where=~inside)
+    return np.where(np.isnan(positive), np.inf, positive) if np.isnan(positive.max()) else positive
 
 
 def _raised(*lengths: Vector) -> float:

@@ -86,6 +86,13 @@ class Cells:
         return np.nonzero(level[0] ^ level[1]), np.nonzero(upright[0] ^ upright[1])
 
     @cached_property
+    def inward_corners(self) -> Places:
+        """Rows and columns of the points of the rim that have three cells of the region about them."""
+        padded = np.pad(self.inside.astype(np.int64), 1)
+        count = padded[:-1, :-1] + padded[1:, :-1] + padded[:-1, 1:] + padded[1:, 1:]
+        return np.nonzero((count == 3) & self.closure & ~self.nodes)
+
+    @cached_property
     def convex(self) -> bool:
         """Whether the region is a rectangle."""
         rows, columns = np.flatnonzero(self.inside.any(axis=1)), np.flatnonzero(self.inside.any(axis=0))

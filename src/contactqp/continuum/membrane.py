@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Vector
 from ..foundation.rounding import UNIT_ROUNDOFF
+from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
 from .barriers import Barrier
 from .contact import ContactBounds, contact_bounds
 from .data import Data
 from .pointwise import pointwise_bounds
 from .posed import Posed, posed_of
+from .reaction import reaction_bracket
 from .splines import excess_on_cells
 
 _ROUNDINGS = 16 * UNIT_ROUNDOFF
@@ -27,6 +29,7 @@ class MembraneBounds:
 
     Attributes
     ----------
+    lattice : Lattice
     lower, upper : array, shape (n,)
         Bounds of its deflection at the nodes, positive as the model's heights (length).
     gap_lower, gap_upper : array, shape (n,)
@@ -48,6 +51,7 @@ class MembraneBounds:
         How often the lattice's problem was solved again, for the lower and the upper bound of the gap.
     """
 
+    lattice: Lattice
     lower: Vector
     upper: Vector
     gap_lower: Vector
@@ -101,11 +105,15 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
     )
     in_cells = np.maximum(in_cells[0], 0.0), in_cells[1]
     contact = contact_bounds(problem.cells, problem.tension, in_cells, posed.load)
+    borne = reaction_bracket(problem, bounds, contact.clear, posed.deflection_moves)
+    reaction = Bracket(max(borne.lower, contact.reaction.lower), min(borne.upper, contact.reaction.upper))
+    contact = replace(contact, reaction=reaction)
     nodes = data.plan.nodes
     error = np.fmax(most_depth - depths, depths - least_depth)
     upwards = data.model.upwards
     low_depth, high_depth = (numbering.to_vector(bound, ring=1) for bound in (least_depth, most_depth))
     return MembraneBounds(
+        lattice=data.plan.lattice,
         lower=-high_depth if upwards else low_depth,
         upper=-low_depth if upwards else high_depth,
         gap_lower=np.maximum(numbering.to_vector(least_gap, ring=1), 0.0),

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Vector
+from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.text import at_most, folded, rounded_outwards
 from ..plotting.of_squares import map_of_squares
@@ -17,6 +18,7 @@ from .contact import ContactBounds
 from .membrane import MembraneBounds
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 EXACT, SAMPLED = "exact", "sampled data"
@@ -146,6 +148,43 @@ class Continuum:
         share = contact.undecided.sum() / sum(state.sum() for state in states)
         own = f"the membrane itself: all is decided but for {at_most(100 * share)} % of the area"
         return map_of_squares(found.edges, states, Wanted(ax, None, title, units), own)
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the bounds as an xarray.Dataset: on the lattice's nodes by x and y, in squares by x_square, y_square.
+
+        Variables: lower and upper (of the deflection), gap_lower, gap_upper, gap_lower_in_squares,
+        gap_upper_in_squares, and contact_state of the squares (1 certainly in contact, 0 certainly clear, -1 undecided,
+        -9 outside); what is one number stands in the attributes. Needs effort="pointwise".
+
+        Returns
+        -------
+        xarray.Dataset
+        """
+        load_modules("xarray")
+        import xarray as xr
+
+        found = self._at_points("to_dataset")
+        x, y = found.edges
+        squares = {"x_square": (x[1:] + x[:-1]) / 2, "y_square": (y[1:] + y[:-1]) / 2}
+        in_squares = ("y_square", "x_square")
+        contact = found.contact
+        state = np.where(contact.contact, 1, np.where(contact.clear, 0, np.where(contact.undecided, -1, -9)))
+        nodal = {"lower": found.lower, "upper": found.upper, "gap_lower": found.gap_lower, "gap_upper": found.gap_upper}
+        fields = {name: (("y", "x"), found.lattice.scatter(values)) for name, values in nodal.items()}
+        fields["gap_lower_in_squares"] = (in_squares, found.gap_lower_in_cells)
+        fields["gap_upper_in_squares"] = (in_squares, found.gap_upper_in_cells)
+        attributes = {
+            "data": self.data,
+            "error_bound": found.error_bound,
+            "contact_area": list(contact.area),
+            "total_reaction": list(contact.reaction),
+            "largest_depth": list(found.largest_depth),
+            "free_boundary_width": contact.free_boundary_width,
+            "potential_energy": list(self.energy),
+            "energy_error": self.energy_error,
+        }
+        places = {"x": found.lattice.x, "y": found.lattice.y, **squares}
+        return xr.Dataset(fields | {"contact_state": (in_squares, state)}, places, attributes)
 
     def _at_nodes(self, name: str) -> MembraneBounds | NodalBounds:
         return self._at_points(name) if self.at_nodes is None else self.at_nodes

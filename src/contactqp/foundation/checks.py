@@ -120,8 +120,9 @@ def positive_vector(value: object, size: int, name: str) -> Vector:
 
 def refuse_non_finite(array: NDArray[np.float64], name: str, *, what: str = "entry") -> None:
     """Raise a ValueError that shows the first entry of ``array`` that is nan or infinite."""
-    bad = np.flatnonzero(~np.isfinite(array))
-    if bad.size:
+    finite = np.isfinite(array)
+    if not finite.all():
+        bad = np.flatnonzero(~finite)
         others = f" ({bad.size} such entries)" if bad.size > 1 else ""
         raise ValueError(f"{name} must be finite, but {what} {bad[0]} is {array.flat[bad[0]]}{others}")
 
@@ -143,6 +144,11 @@ def nearest(word: object, known: Iterable[str]) -> str:
     # Comparing takes a time that grows with the length, and nothing that long is a slip.
     close = get_close_matches(text, list(known), n=1, cutoff=0.5) if len(text) <= _LONGEST_WORD else []
     return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def unchanging(value: object) -> bool:
+    """Whether ``value`` is an array of floats that holds its own numbers and has been marked as `read_only`."""
+    return type(value) is np.ndarray and value.dtype == np.float64 and not value.flags.writeable and value.base is None
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:

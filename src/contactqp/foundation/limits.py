@@ -8,13 +8,13 @@ import os
 MAX_POINTS = 150_000_000
 """Points of a lattice, entries of an array and pixels of a picture that are taken unless `MAX_POINTS_VARIABLE` is set.
 
-It is beyond what a workstation solves: 10⁸ nodes take 10 GB.
+It is beyond what a workstation solves: 10⁸ nodes take 8 GB.
 """
 
 MAX_POINTS_VARIABLE = "CONTACTQP_MAX_POINTS"
 """The environment variable that sets another limit."""
 
-BYTES_TO_SOLVE = 106
+BYTES_TO_SOLVE = 80
 """What solving takes for each point of a lattice at least, as `benchmarks/speed.py` measures it."""
 
 BYTES_OF_A_NUMBER = 8
@@ -63,7 +63,7 @@ def refuse_too_many(count: float, what: str, bytes_each: int, remedy: str) -> No
     >>> refuse_too_many(2e10, "lattice points", BYTES_TO_SOLVE, "choose a larger spacing")
     Traceback (most recent call last):
     ...
-    ValueError: 2e+10 lattice points would need 2.1 TB of memory; at most 150,000,000 are taken: choose a larger spacing
+    ValueError: 2e+10 lattice points would need 1.6 TB of memory; at most 150,000,000 are taken: choose a larger spacing
     """
     most = max_points()
     if count <= most:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from functools import cache
 from itertools import pairwise
 from types import TracebackType
@@ -47,7 +48,10 @@ class Team:
         return list(pairwise(edges))
 
     def run(self, kernel: Callable[..., Any], strips: list[tuple[int, int]], *arguments: Any) -> list[Any]:
-        """Return ``kernel(*arguments, first, last)`` for every strip, of which there may be more than threads."""
+        """Return ``kernel(*arguments, first, last)`` for every strip, of which there may be more than threads.
+
+        What the caller has told numpy to do about overflow and the like (`numpy.errstate`) holds in all of them.
+        """
         if self.threads == 1 or len(strips) == 1:
             return [kernel(*arguments, *strip) for strip in strips]
         shares = min(self.threads, len(strips))
@@ -58,7 +62,7 @@ class Team:
         def work(first: int, last: int) -> list[Any]:
             return [kernel(*arguments, *strip) for strip in strips[first:last]]
 
-        others = [self._pool.submit(work, first, last) for first, last in pairwise(edges[1:])]
+        others = [self._pool.submit(copy_context().run, work, first, last) for first, last in pairwise(edges[1:])]
         results = work(0, edges[1])
         for other in others:
             results += other.result()

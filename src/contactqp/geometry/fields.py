@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..foundation.checks import Mask, Vector, finite_number, one_of, real_array
 from ..foundation.loading import load_modules
 from ..foundation.surfaces import Ranged
+from ..foundation.threads import Team
 from .labelled import APART, Places, is_dataarray, is_labelled, with_places
 from .lattice import Lattice
-from .numbering import Grid
+from .numbering import Grid, Numbering
 
 FieldLike: TypeAlias = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
 """A number, an array on the lattice's shape, a vector in node order, an xarray.DataArray, or a function of (x, y)."""
@@ -94,7 +95,7 @@ def _has_rows(field: Any) -> bool:
 def values_at(
     field: Any,
     name: str,
-    coordinates: Callable[[], tuple[Vector, Vector]],
+    of_function: Callable[[Any], NDArray[np.float64]],
     entries: Callable[[Any], NDArray[np.float64]],
     describe: Callable[[int], str],
     size: int,
@@ -110,8 +111,8 @@ def values_at(
         A function gets the points' coordinates as two vectors and returns a vector or a number.
     name : str
         The argument's name, for messages.
-    coordinates : callable
-        Returns x and y of the points, shape (size,) each (length); called only if the field is a function.
+    of_function : callable
+        Returns from a function what `evaluated` does.
     entries : callable
         Returns from a field that is no function the number, or the points' values, shape (size,).
     describe : callable
@@ -136,7 +137,7 @@ def values_at(
     ValueError
         If the shape does not fit, or a value is nan or not finite.
     """
-    values = evaluated(field, *coordinates(), name) if is_function(field) else entries(field)
+    values = of_function(field) if is_function(field) else entries(field)
     vector = np.broadcast_to(values, (size,))
     good = np.isfinite(vector) | (vector == absent) if allow_inf else np.isfinite(vector)
     if not good.all():
@@ -158,7 +159,8 @@ def sample(
     field : number, array, xarray.DataArray or function of (x, y)
         An array has the lattice's shape, or is a vector in node order. A DataArray has dims y and x (or x alone
         on a cable) and, where it carries coordinates, holds the lattice's points. A function
-        gets the nodes' coordinates as two vectors and returns a vector or a number.
+        gets the nodes' coordinates as two vectors and returns a vector or a number; on a large lattice it is called
+        for some rows at a time where it can be, see `in_strips`.
     name : str
         The argument's name, for messages.
     allow_inf, absent
@@ -198,12 +200,87 @@ def sample(
             )
         return values
 
-    def coordinates() -> tuple[Vector, Vector]:
-        return lattice.node_x, lattice.node_y
+    def of_function(function: Any) -> NDArray[np.float64]:
+        found = in_strips(lattice, function, name) if lattice.size >= _WORTH_STRIPS else None
+        return evaluated(function, lattice.node_x, lattice.node_y, name) if found is None else found
 
     return values_at(
-        field, name, coordinates, entries, lattice.describe, lattice.size, allow_inf=allow_inf, absent=absent
+        field, name, of_function, entries, lattice.describe, lattice.size, allow_inf=allow_inf, absent=absent
     )
+
+
+_WORTH_STRIPS = 200_000
+"""Nodes from which on a function is evaluated strip by strip."""
+
+_POINTS_OF_STRIP = 1 << 15
+"""Points whose coordinates, and what a function makes of them, stay in the processor's cache."""
+
+_PROBED_ROWS = 16
+"""Rows in which a function is evaluated once more, to see that its values do not depend on what else it is given."""
+
+_ALIKE = 1e-9
+"""Part of the largest value by which what a function returns for a node may differ: by rounding."""
+
+
+def in_strips(lattice: Lattice, function: Any, name: str) -> Vector | None:
+    """Return what a function of (x, y) returns for the nodes, evaluated for some rows at a time, in threads.
+
+    That takes no memory for the coordinates of all nodes and what is made of them, and less time.
+
+    Parameters
+    ----------
+    lattice : Lattice
+    function : callable
+    name : str
+        The argument's name, for messages.
+
+    Returns
+    -------
+    array, shape (size,), or None
+        None where the function has to be given all nodes at once: because the lattice has next to no rows, or the
+        function fails, or returns one number, or of a node something else when it is given other nodes with it.
+
+    Examples
+    --------
+    >>> lattice = Lattice(np.ones((300, 300), dtype=bool), 0.5)
+    >>> found = in_strips(lattice, lambda x, y: x + 2 * y, "load")
+    >>> bool((found == lattice.node_x + 2 * lattice.node_y).all())
+    True
+    >>> in_strips(lattice, lambda x, y: y / y.max(), "load") is None
+    True
+    """
+    rows, columns = lattice.shape
+    if rows < _PROBED_ROWS:
+        return None
+    node = np.concatenate([[0], np.cumsum(np.count_nonzero(lattice.mask, axis=1))])
+    values = np.empty(lattice.size)
+
+    def at(chosen: Any) -> NDArray[np.float64]:
+        numbering = Numbering(lattice.mask[chosen])
+        shape = numbering.mask.shape
+        x, y = np.broadcast_to(lattice.x, shape), np.broadcast_to(lattice.y[chosen, None], shape)
+        return evaluated(function, numbering.to_vector(x), numbering.to_vector(y), name)
+
+    def evaluate(first: int, last: int) -> None:
+        step = max(1, _POINTS_OF_STRIP // columns)
+        for row in range(first, last, step):
+            stop = min(row + step, last)
+            if node[row] < node[stop]:
+                values[node[row] : node[stop]] = at(slice(row, stop))
+
+    lines = np.flatnonzero(np.diff(node))
+    lines = lines[:: -(-lines.size // _PROBED_ROWS)]
+    try:
+        probes = at(lines)
+        if probes.ndim == 0:
+            return None
+        with Team() as team:
+            team.run(evaluate, team.strips(0, rows, columns, 1))
+    except Exception:
+        return None
+    found = np.concatenate([values[node[line] : node[line + 1]] for line in lines])
+    room = _ALIKE * float(np.abs(found).max(where=np.isfinite(found), initial=0.0))
+    return values if np.allclose(found, probes, rtol=0.0, atol=room, equal_nan=True) else None
 
 
 class OnFrame(NamedTuple):
@@ -296,11 +373,11 @@ def sample_points(
             )
         return values
 
-    def coordinates() -> tuple[Vector, Vector]:
+    def of_function(function: Any) -> NDArray[np.float64]:
         x, y = positions[chosen].T
-        return x, y
+        return evaluated(function, x, y, name)
 
-    return values_at(field, name, coordinates, entries, describe, chosen.size, allow_inf=allow_inf, absent=absent)
+    return values_at(field, name, of_function, entries, describe, chosen.size, allow_inf=allow_inf, absent=absent)
 
 
 def _at_points(field: Any, points: Vector, name: str) -> NDArray[np.float64]:

@@ -183,6 +183,8 @@ class ContactModel(ABC):
     """The lattice that the nodes are those of, if there is one."""
     _relative: ContactQP | None = None
     """A problem of other forces that this one can share all else with."""
+    _shared_pull: Vector | None = None
+    """What `_pull_of_reference` returns, kept where models of other loads have the same."""
     _alike: ContactQP | None = None
     """A problem of the same stiffness, of which the facts can be shared."""
     given: Mapping[str, Any] = MappingProxyType({})
@@ -564,7 +566,9 @@ class ContactModel(ABC):
     def supported(self) -> Mask:
         """Where there is a support that is not `unreachable`, shape (n,)."""
         there = np.isfinite(self.depth)
-        return read_only(there & ~self.unreachable if self.unreachable.any() else there)
+        if there.all() and not self.unreachable.any():
+            return np.broadcast_to(np.True_, (self.size,))
+        return read_only(there & ~self.unreachable)
 
     @cached_property
     def unreachable(self) -> Mask:
@@ -577,7 +581,8 @@ class ContactModel(ABC):
         known = self._known_unreachable
         if known is not None and not known.any():
             return known
-        below = (self.depth[:1] if repeated(self.depth) else self.depth) - self._datum
+        below = self.depth[:1] if repeated(self.depth) else self.depth
+        below = below - self._datum if self._datum else below
         reach = self._reach() + self._frame_relief()
         if self.ceiling_depth is not None:
             # A ceiling that lies below the frame presses the nodes down to it.
@@ -586,7 +591,8 @@ class ContactModel(ABC):
             # Twice, because the stiffness is rounded, and the reach is that of the exact one.
             return read_only(known & (below > 2 * reach))
         scale = reach + max(0.0, -float(below.min()))
-        deep = np.isfinite(below) & (below > _BEYOND * scale) if 0 < scale < np.inf else np.zeros(1, dtype=np.bool_)
+        deep = below > (_BEYOND * scale if 0 < scale < np.inf else np.inf)
+        deep = deep & np.isfinite(below) if deep.any() else deep
         return np.broadcast_to(deep if deep.any() else np.False_, (self.size,))
 
     @property
@@ -657,7 +663,7 @@ class ContactModel(ABC):
 
         G holds the foundation as well.
         """
-        q = self.nodal_load - self._pull_of_support
+        q = read_only(self.nodal_load - self._pull_of_reference())
         reference = self.reference - self._datum if self._datum else self.reference
         if self._relative is not None:
             return self._relative.with_forces(q, gap_scale=self._gap_scale, reference=reference)
@@ -674,10 +680,9 @@ class ContactModel(ABC):
             problem.share_facts(self._alike)
         return problem
 
-    @cached_property
-    def _pull_of_support(self) -> Vector:
-        """Force with which the arms resist the shape of the reference (force), shape (n,)."""
-        return self.pull(self.reference)
+    def _pull_of_reference(self) -> Vector:
+        """Return the force with which the arms resist the shape of the reference (force), shape (n,)."""
+        return self.pull(self.reference) if self._shared_pull is None else self._shared_pull
 
     def _gap_scale(self, barrier: Barrier | None) -> float | None:
         """Return the length by which tolerances are measured, or None if the model has no length of its own.
@@ -690,8 +695,9 @@ class ContactModel(ABC):
         if barrier is None:
             return None
         v, load = barrier.v, self._forces_at(self._datum)
-        mean = float(barrier.mean_deflection(np.maximum(load, 0.0), v))
-        suction = float(barrier.mean_deflection(np.maximum(-load, 0.0), v)) if load.min() < 0 else 0.0
+        lifted = load.min() < 0
+        mean = float(barrier.mean_deflection(np.maximum(load, 0.0) if lifted else load, v))
+        suction = float(barrier.mean_deflection(np.maximum(-load, 0.0), v)) if lifted else 0.0
         return self._scale_of(mean, suction, v)
 
     def _scale_of(self, mean: float, suction: float, v: Vector) -> float | None:

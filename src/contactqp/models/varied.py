@@ -36,13 +36,13 @@ def with_load(model: Model, factor: float) -> Model:
 
 def with_load_of(model: Model, load: Any) -> Model:
     """Return the model under another load at its nodes, shape (n,), in the unit of its own."""
-    pull = model._pull_of_support
+    model._shared_pull = pull = model._pull_of_reference()
     varied = _copied(model, "load")
     varied.load = load
     if np.array_equal(varied.supported, model.supported):
         if np.array_equal(varied.under_ceiling, model.under_ceiling):
             varied._relative = model.problem
-        varied._pull_of_support = pull
+        varied._shared_pull = pull
     return varied
 
 
@@ -131,7 +131,7 @@ def _copied(model: Model, changes: str = "") -> Model:
         for name, attribute in vars(kind).items():
             if isinstance(attribute, cached_property):
                 varied.__dict__.pop(name, None)
-    varied._relative = varied._alike = None
+    varied._relative = varied._alike = varied._shared_pull = None
     varied._known_unreachable = model.unreachable
     return varied
 

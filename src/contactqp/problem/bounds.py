@@ -73,7 +73,7 @@ class Bounds:
     @cached_property
     def supported(self) -> Mask:
         """Where there is a lower bound, shape (n,)."""
-        return read_only(np.isfinite(self.lower))
+        return np.broadcast_to(np.isfinite(_distinct(self.lower)), (self.size,))
 
     @cached_property
     def one_sided(self) -> bool:

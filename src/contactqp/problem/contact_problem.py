@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Self, TypeAlias
 
@@ -17,7 +17,7 @@ from ..geometry.numbering import Grid, Layout
 from .barrier import Barrier
 from .bounds import Bounds
 from .facts import MatrixFacts
-from .posed import Posed, Units
+from .posed import Made, Posed, Units, made
 from .program_files import PROGRAMS, write_problem
 from .programs import ConvexProgram, convex_program, linear_program, qpsolvers_problem
 
@@ -45,17 +45,24 @@ class ContactProblem(Posed):
     def _fill(
         self,
         facts: MatrixFacts,
-        q: Vector,
+        q: Made[Vector],
         bounds: Bounds,
         gap_scale: GapScale,
-        reference: Vector | float | None,
+        reference: Made[Vector | float | None],
         frame_reference: Grid | None,
     ) -> None:
         """Set what a problem is made of, all of it checked before."""
         super().__init__(facts, q, bounds)
         self._own_gap_scale = gap_scale
-        self.reference = bounds.nearest_zero if reference is None else reference
+        self._reference: Any = bounds.nearest_zero if reference is None else reference
         self.frame_reference = frame_reference
+
+    @property
+    def reference(self) -> Vector | float:
+        """Ordinates that the gap is measured from (length), shape (n,), or the number that all have; see the class."""
+        self._reference = made(self._reference)
+        reference: Vector | float = self._reference
+        return reference
 
     @classmethod
     def _of(cls, *parts: Any) -> Self:
@@ -187,6 +194,10 @@ class ContactProblem(Posed):
             raise AttributeError("layout needs a problem on a lattice; this one's G is a matrix")
         return self.bounds.layout(stencil)
 
+    def force_grid(self) -> Grid:
+        """Return the forces on the grid of `layout`; if they have not been made before, they are not kept."""
+        return self.layout.grid(made(self._q))
+
     def bound_grids(self) -> tuple[Grid, Grid]:
         """Return the bounds on the grid of `layout`; where no node is bounded by other than zero, empty grids."""
         if self.bounds.standard:
@@ -195,10 +206,10 @@ class ContactProblem(Posed):
         return layout.grid(np.ascontiguousarray(self.lower)), layout.grid(np.ascontiguousarray(self.upper))
 
     def reference_grid(self) -> Grid:
-        """Return the reference ordinates of nodes and frame points on the grid of `layout`."""
+        """Return the reference ordinates of nodes and frame points on the grid of `layout`, made as in `force_grid`."""
         stencil, layout = self.stencil, self.layout
         assert stencil is not None
-        reference = np.broadcast_to(np.asarray(self.reference, dtype=np.float64), (self.size,))
+        reference = np.broadcast_to(np.asarray(made(self._reference), dtype=np.float64), (self.size,))
         grid = layout.grid(np.ascontiguousarray(reference))
         if self.frame_reference is not None:
             rows, columns = stencil.numbering.box
@@ -247,9 +258,9 @@ class ContactProblem(Posed):
         q, bounds, units = self.in_units(self.gap_scale)
         origin = units.origin
         if isinstance(self.reference, float) or not isinstance(origin, float):
-            reference = (self.reference - origin) / units.length
+            reference: Made[Vector | float] = (self.reference - origin) / units.length
         else:
-            reference = times(self.reference, 1 / units.length)
+            reference = partial(times, self.reference, 1 / units.length)
         frame = None if self.frame_reference is None else self.frame_reference / units.length
         return self._of(self.facts.scaled, q, bounds, 1.0, reference, frame), units
 

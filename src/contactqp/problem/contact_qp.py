@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..algebra.kernel import Kernel
 from ..algebra.sparse import SparseStiffness
 from ..algebra.stiffness import Stiffness
-from ..foundation.checks import Vector, read_only, vector
+from ..foundation.checks import Vector, read_only, unchanging, vector
 from ..geometry.numbering import Grid
 from .bounds import Bounds
 from .contact_problem import ContactProblem, GapScale, checked_scale
@@ -121,7 +121,7 @@ class ContactQP(ContactProblem):
             facts = KernelFacts(stiffness, Kernel.of(kernel, stiffness.size))
         if stiffness is not G or kernel is not None:
             _require_definite(facts)
-        forces = read_only(vector(q, stiffness.size, "q"))
+        forces = read_only(vector(q, stiffness.size, "q", copied=not unchanging(q)))
         bounds = Bounds.of(stiffness.size, lower, upper, supported)
         facts.require_balance(forces, bounds)
         self._fill(

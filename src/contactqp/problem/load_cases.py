@@ -46,4 +46,4 @@ class LoadCases(Posed):
             If numbers overflow.
         """
         q, bounds, units = self.in_units(gap_scale)
-        return LoadCases(self.facts.scaled, q, bounds), units
+        return LoadCases(self.facts.scaled, q(), bounds), units

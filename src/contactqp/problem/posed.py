@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -19,6 +20,16 @@ if TYPE_CHECKING:
 
     from ..algebra.kernel import Kernel
     from .eigenvalue import LeastEigenvalue
+
+Value = TypeVar("Value")
+
+Made: TypeAlias = "Value | Callable[[], Value]"
+"""A value, or what makes it: a large vector that is wanted once need not be kept."""
+
+
+def made(value: Made[Value]) -> Value:
+    """Return a value, made now if it has not been made before."""
+    return value() if callable(value) else value
 
 
 @dataclass(frozen=True)
@@ -58,13 +69,19 @@ class Posed:
     ----------
     facts : MatrixFacts
         What is known of G.
-    q : array, shape (n,) or (cases, n)
-        Reaction that would hold the gap ω = 0 (force); read-only.
+    q : array, shape (n,) or (cases, n), or callable
+        Reaction that would hold the gap ω = 0 (force), read-only, or what makes it when it is first asked for.
     bounds : Bounds
     """
 
-    def __init__(self, facts: MatrixFacts, q: Vector, bounds: Bounds) -> None:
-        self.facts, self.q, self.bounds = facts, q, bounds
+    def __init__(self, facts: MatrixFacts, q: Made[Vector], bounds: Bounds) -> None:
+        self.facts, self._q, self.bounds = facts, q, bounds
+
+    @property
+    def q(self) -> Vector:
+        """Reaction that would hold the gap ω = 0 (force), shape (n,) or (cases, n), read-only."""
+        self._q = made(self._q)
+        return self._q
 
     @property
     def stiffness(self) -> Stiffness:
@@ -214,8 +231,10 @@ class Posed:
     def _mean_distance(self, force: Vector) -> Vector:
         return self.facts.mean_deflection(np.abs(force))
 
-    def in_units(self, gap_scale: float) -> tuple[Vector, Bounds, Units]:
+    def in_units(self, gap_scale: float) -> tuple[Callable[[], Vector], Bounds, Units]:
         """Return forces and bounds of the dimensionless problem whose unit of length is such a scale, and its units.
+
+        The forces are to be made by the callable, each time anew.
 
         Raises
         ------
@@ -226,8 +245,18 @@ class Posed:
             stiffness, relative, largest = self.facts.dimensionless
             origin = self.bounds.nearest_zero
             units = Units(gap_scale * relative, gap_scale * largest / relative, origin)
-            q = read_only(self._forces_at_origin / units.force)
-        if not (np.isfinite(q).all() and stiffness.finite):
+            forces = self._forces_at_origin
+            representable = np.isfinite(_farthest(forces, units.force) / units.force).all()
+        if not (representable and stiffness.finite):
             raise ValueError("the ranges of G and q are too wide for double precision: the scaled problem overflows")
         with np.errstate(over="ignore"):
-            return q, self.bounds.scaled(origin, units.length), units
+            return partial(_quotient, forces, units.force), self.bounds.scaled(origin, units.length), units
+
+
+def _farthest(vector: Vector, unit: float | Vector) -> Vector:
+    """Return the numbers of a vector that can overflow first in such units: where all have the same, two of them."""
+    return np.array([vector.min(), vector.max()]) if isinstance(unit, float) else vector
+
+
+def _quotient(vector: Vector, unit: float | Vector) -> Vector:
+    return read_only(vector / unit)

@@ -219,7 +219,7 @@ def _asked(
             if state is None:
                 answer = backend.solve(scaled, task, **request.options)
             else:
-                answer = state().solve(scaled.q, task, scaled)
+                answer = state().solve_problem(scaled, task)
             answer = checked_answer(backend, answer, problem.size)
         except Exception as error:
             error.add_note(f"raised by backend {backend.name!r} on {problem!r}")

@@ -82,7 +82,7 @@ class ContactMultigrid:
 
     def __init__(self, lattice: Arms, q: Grid, team: Team, limits: Limits = NO_LIMITS) -> None:
         self.lattice, self.q, self.team, self.limits = lattice, q, team, limits
-        self.omega, self._next = lattice.layout.zeros(), lattice.layout.zeros()
+        self.omega, self._next = lattice.layout.zeros(), np.zeros((0, 0))
         self.hierarchy = hierarchy_of(lattice, team)
         self.estimate, self.changes, self.cut, self.damping, self.work = np.inf, 0, 0, 1.0, 0.0
         self._kernels = lattice_kernels(lattice.kind)
@@ -134,6 +134,8 @@ class ContactMultigrid:
             self.hierarchy.update()
             self.work += self.hierarchy.points
         self.hierarchy.cycle()
+        if not self._next.size:
+            self._next = self.lattice.layout.zeros()
         first = self.hierarchy.levels[0]
         correction = first.beneath(first.correction)
         arguments = self.omega, self._next, correction, *self._coarsening, *self._bounded_place
@@ -146,6 +148,10 @@ class ContactMultigrid:
         if len(self._past) == 2:
             self._accelerate(*self._past)
             del self._past[0]
+
+    def give_up_spare(self) -> None:
+        """Free what only a `correct` needs, which makes it anew, for as long as the gap is judged."""
+        self._next = np.zeros((0, 0))
 
     def rest(self) -> float:
         """Return the force out of balance that rounding errors alone may leave."""
