@@ -33,10 +33,10 @@ def display(self: Any, node: nodes.Element) -> None:
 
 
 def _aligned(formula: str) -> str:
-    """Several lines, or places where they are to stand below each other, need an environment that says so."""
+    """Several lines, or places where they are to stand below each other, need an environment that the library knows."""
     if r"\begin{" not in formula and (r"\\" in formula or "&" in formula):
-        return rf"\begin{{aligned}}{formula}\end{{aligned}}"
-    return formula
+        return rf"\begin{{align*}}{formula}\end{{align*}}"
+    return formula.replace("{aligned}", "{align*}")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
