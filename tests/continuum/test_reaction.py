@@ -7,8 +7,10 @@ import pytest
 from continuous import ring
 from exact_splines import laplacian, value
 
+from contactqp.continuum.barriers import subsolution, supersolution
 from contactqp.continuum.cells import Cells
-from contactqp.continuum.pointwise import pointwise_bounds
+from contactqp.continuum.obstacle import ObstacleProblem
+from contactqp.continuum.pointwise import PointwiseBounds, pointwise_bounds
 from contactqp.continuum.reaction import bent_weights, cutoff_of, reaction_bracket
 
 
@@ -60,3 +62,19 @@ def test_without_contact_the_support_bears_nothing():
     found = reaction_bracket(posed.problem, bounds, posed.problem.cells.inside, (0.0, 0.0))
     assert found.lower == 0.0
     assert found.upper < 1e-12
+
+
+def test_a_force_that_overflows_is_not_bounded():
+    """The load is finite, as are both barriers, but not the force of the load on the region."""
+    cells = Cells(np.ones((20, 20), dtype=bool), 1e100)
+    points = np.ones(cells.nodes.shape)
+    problem = ObstacleProblem(cells, 1e180, 1e200 * points, 1e200 * points)
+    coefficients = np.ones((24, 24))
+    bounds = PointwiseBounds(
+        subsolution(problem, -1e200 * coefficients), supersolution(problem, 2e200 * coefficients), (0, 0)
+    )
+    clear = np.ones(cells.inside.shape, dtype=bool)
+    clear[8:12, 8:12] = False
+    with np.errstate(over="ignore", invalid="ignore"):
+        bracket = reaction_bracket(problem, bounds, clear, (0.0, 0.0))
+    assert bracket == (0.0, np.inf)

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from ..foundation.brackets import Bracket, sum_above, sum_below
 from ..foundation.checks import Mask
 from ..foundation.loading import load_modules
-from ..foundation.rounding import gamma
+from ..foundation.rounding import UNDERFLOW, gamma
 from ..geometry.numbering import Grid
 from .cells import Cells
 from .obstacle import ObstacleProblem
@@ -89,7 +89,10 @@ def reaction_bracket(
     low, high = _loads(problem, mean, cutoff)
     least, most = low - work + pushed - off, high - work + pushed + off
     room = _ERROR * (abs(low) + abs(high) + abs(work) + abs(pushed))
-    return Bracket(max(0.0, least - room), max(0.0, most + room))
+    bracket = Bracket(least - room, most + room + UNDERFLOW)
+    if not np.isfinite(bracket).all():  # what overflows on the way, and infinity less itself, bounds nothing
+        return Bracket(0.0, math.inf)
+    return Bracket(max(0.0, bracket.lower), max(0.0, bracket.upper))
 
 
 def cutoff_of(cells: Cells, clear: Mask) -> Grid | None:
