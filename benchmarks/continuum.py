@@ -1,72 +1,98 @@
 """What an answer on a lattice proves of the membrane at every point, against the spacing, and what that costs.
 
-A flat floor below a unit square, T = p = 1, depth 0.03. The true error of the lattice's answer is taken against a
-lattice of 1024² squares. Times are in units of a cold solve by multigrid to 1e-6 on the same lattice; the fastest of
-several runs in turn is told.
+    contactqp bench run benchmarks/continuum.py                 # up to 512² squares
+    contactqp bench run benchmarks/continuum.py --largest 128
 
-    python benchmarks/continuum.py               print the table, up to 512² squares
-    python benchmarks/continuum.py --finest 128  up to fewer
+A flat floor below a unit square, T = p = 1, depth 0.03. The true error of the lattice's answer is taken against a
+lattice of 1024² squares. Ratios are over a cold solve by multigrid to 1e-6 on the same lattice.
 """
 
-import argparse
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
-from timing import in_turn
 
 import contactqp as cq
+from contactqp.benchmark import Spec
 from contactqp.continuum.data import Data
-from contactqp.continuum.membrane import membrane_bounds
+from contactqp.continuum.membrane import MembraneBounds, membrane_bounds
 from contactqp.solving.resolved import Resolved
-from contactqp.solving.solution import Solution
 
-HEADS = "squares", "true error", "max(U - u)", "/ true", "max(u - L)", "/ true", "clear", "contact", "undecided", "time"
-
-
-def bowl(squares):
-    lattice = cq.Frame.rectangle(1, 1).lattice(1 / squares)
-    return cq.Membrane(lattice, tension=1.0, load=1.0, support=0.03)
+FINEST = 1024
+"""Squares along a side of the lattice that counts as true."""
 
 
-def row_of(squares, truth, finest, repeat):
-    model = bowl(squares)
-    solution = cq.solve(model, "multigrid", tol=1e-9, on_failure="ignore")
-    every = finest // squares
-    exact = truth.reshape(finest - 1, -1)[every - 1 :: every, every - 1 :: every].ravel()
-    error = np.abs(solution.gap - exact).max()
-    data, depths = Data.of(model), model.padded_below(solution.gap)
+class Answered(NamedTuple):
+    """A membrane, the answer of its lattice, and the gap at its nodes on the finest lattice."""
 
-    def enclose():
-        return membrane_bounds(data, depths, solution.gap, Resolved(model, solution.gap, Solution.by))
+    membrane: cq.Membrane
+    solution: cq.Solution
+    exact: np.ndarray
 
-    found = enclose()
-    above, below = (found.gap_upper - solution.gap).max(), (solution.gap - found.gap_lower).max()
-    assert (found.gap_lower <= exact + 1e-9).all()
-    assert (exact <= found.gap_upper + 1e-9).all()
-    parts = [
-        state.sum() / squares**2 for state in (found.contact.clear, found.contact.contact, found.contact.undecided)
-    ]
-    cold, pointwise = in_turn(repeat, lambda: cq.solve(model, "multigrid", tol=1e-6), enclose)
-    return squares, error, above, above / error, below, below / error, *parts, pointwise / cold
+    def enclosed(self) -> MembraneBounds:
+        """Return bounds of the membrane."""
+        membrane, gap = self.membrane, self.solution.gap
+        again = Resolved(membrane, gap, cq.Solution.by)
+        return membrane_bounds(Data.of(membrane), membrane.padded_below(gap), gap, again)
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--finest", type=int, default=512, help="squares along a side, a power of two")
-    parser.add_argument(
-        "--truth", type=int, default=1024, help="squares along a side of the lattice that counts as true"
-    )
-    parser.add_argument("--repeat", type=int, default=3)
-    chosen = parser.parse_args()
-    truth = cq.solve(bowl(chosen.truth), "multigrid", tol=1e-9, on_failure="ignore").gap
-    print("| " + " | ".join(HEADS) + " |")
-    print("|" + "---|" * len(HEADS))
-    squares = 16
-    while squares <= chosen.finest:
-        cells = row_of(squares, truth, chosen.truth, chosen.repeat)
-        told = f"| {cells[0]}² | {cells[1]:.1e} | {cells[2]:.1e} | {cells[3]:.1f} | {cells[4]:.1e} | {cells[5]:.0f} | "
-        print(told + " | ".join(f"{part:.3f}" for part in cells[6:9]) + f" | {cells[9]:.1f} |", flush=True)
-        squares *= 2
+def floor(squares: int) -> cq.Membrane:
+    """Return the membrane on a lattice of so many squares along a side."""
+    return cq.Membrane(cq.Frame.rectangle(1, 1).lattice(1 / squares), tension=1.0, load=1.0, support=0.03)
 
 
-if __name__ == "__main__":
-    main()
+def answer(membrane: cq.Membrane) -> cq.Solution:
+    """Return the answer of a lattice, as near as rounding allows."""
+    return cq.solve(membrane, "multigrid", tol=1e-9, on_failure="ignore")
+
+
+@cache
+def truth() -> np.ndarray:
+    """Return the gap on the finest lattice, shape (rows, columns)."""
+    return answer(floor(FINEST)).gap.reshape(FINEST - 1, FINEST - 1)
+
+
+def answered(squares: int) -> Answered:
+    """Return the case of so many squares along a side, a power of two."""
+    membrane, every = floor(squares), FINEST // squares
+    return Answered(membrane, answer(membrane), truth()[every - 1 :: every, every - 1 :: every].ravel())
+
+
+def facts(case: Answered, found: object) -> dict[str, float | str]:
+    """Return how far the bounds are from the answer, over its true error, and the parts of the area."""
+    if not isinstance(found, MembraneBounds):
+        return {}
+    gap, exact, contact = case.solution.gap, case.exact, found.contact
+    if (found.gap_lower > exact + 1e-9).any() or (exact > found.gap_upper + 1e-9).any():
+        raise AssertionError("the finest lattice's answer lies outside the bounds")
+    error = np.abs(gap - exact).max()
+    squares = sum(state.sum() for state in (contact.clear, contact.contact, contact.undecided))
+    above, below = (found.gap_upper - gap).max(), (gap - found.gap_lower).max()
+    return {
+        "true error": float(error),
+        "above": float(above),
+        "above/true": float(above / error),
+        "below": float(below),
+        "below/true": float(below / error),
+        "clear": contact.clear.sum() / squares,
+        "touching": contact.contact.sum() / squares,
+        "undecided": contact.undecided.sum() / squares,
+    }
+
+
+SPECS = (
+    Spec(
+        "continuum",
+        "the membrane enclosed at every point, beside a cold solve of its lattice",
+        answered,
+        (16, 32, 64, 128, 256, 512),
+        {
+            "solve": lambda case: cq.solve(case.membrane, "multigrid", tol=1e-6),
+            "pointwise": lambda case: case.enclosed(),
+        },
+        point="squares along a side",
+        tell=facts,
+    ),
+)

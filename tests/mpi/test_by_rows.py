@@ -127,6 +127,8 @@ def test_an_error_is_told_once(tmp_path):
 
 def test_each_process_alone_by_its_mpi_is_told(tmp_path, monkeypatch):
     """As where mpiexec belongs to another MPI than mpi4py: each would write the same store."""
+    from mpi4py import MPI  # noqa: F401  (it warns of the variable, too, if it is loaded later)
+
     from contactqp.cli.distributed import processes_started, solve_together
 
     assert processes_started() == 1

@@ -141,7 +141,7 @@ def test_comparing_objects_never_raises(membrane, net, cable):
 
 def test_completion_shows_what_is_public():
     shown = {name for name in dir(cq) if not name.startswith("_")}
-    assert shown == {*cq.__all__, "benchmark", "testing", "xarray"}
+    assert shown == {*cq.__all__, "benchmark", "mpi", "testing", "xarray"}
     assert all(hasattr(cq, name) for name in shown)
     assert cq.testing.assert_encloses
     with pytest.raises(AttributeError, match="no attribute 'missing'"):

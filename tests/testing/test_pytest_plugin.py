@@ -154,7 +154,7 @@ def test_a_backend_without_its_library_is_left_out_unless_it_is_named(alone, mon
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--contact-backends=ossqp"], f"--contact-backends: unknown*'osqp'*known: auto, {', '.join(INSTALLED)}"),
+        (["--contact-backends=ossqp"], f"--contact-backends: unknown*'osqp'*known: auto, {', '.join(INSTALLED)}*"),
         (["--contact-backends=,"], f"--contact-backends names no backend, got ','; known: auto, {INSTALLED[0]}, *"),
         (["--contact-backends="], "--contact-backends names no backend, got ''; known: *"),
         (["--contact-backends=osqp,psor,osqp"], "--contact-backends must not repeat a backend, got 'osqp,psor,osqp'"),
