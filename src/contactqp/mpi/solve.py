@@ -90,8 +90,21 @@ def solve(
     request = Request.of(tol, max_iter, time_limit)
     threads, least_rows = integer_at_least(threads, 1, "threads"), integer_at_least(least_rows, 1, "least_rows")
     started = time.perf_counter()
-    ranks = Ranks(comm)
-    posed = PosedByRows(membrane, ranks, least_rows)
+    return solve_posed(PosedByRows(membrane, Ranks(comm), least_rows), request, threads, started)
+
+
+def solve_posed(posed: PosedByRows, request: Request, threads: int, started: float) -> AnswerByRows:
+    """Solve what has been posed already, see `solve`.
+
+    Parameters
+    ----------
+    posed : PosedByRows
+    request : Request
+    threads : int
+    started : float
+        When the work began, by ``time.perf_counter()``.
+    """
+    ranks = posed.ranks
     task = _Task(posed, request, threads, started)
     log = CycleLog(posed.lattice.reach)
     load_kernels(posed.lattice)

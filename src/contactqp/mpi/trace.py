@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..foundation.brackets import Bracket
-from ..foundation.checks import finite_number
+from ..foundation.checks import finite_number, integer_at_least
 from ..foundation.files import made_folder
 from ..methods.multigrid.strips import LEAST_ROWS
+from ..solving.request import Request
 from .membrane import MembraneByRows
 from .posed import PosedByRows
 from .ranks import Ranks
-from .solve import solve
+from .solve import solve_posed
 from .store import facts_of_store
 
 if TYPE_CHECKING:
@@ -90,16 +92,18 @@ def trace(
     >>> [step.status for step in steps], steps[0].contact_area.upper < steps[1].contact_area.lower
     (['certified', 'certified'], True)
     """
+    request, threads = Request.of(tol, None, None), integer_at_least(threads, 1, "threads")
     ranks, factors = Ranks(comm), [finite_number(factor, f"loads[{k}]") for k, factor in enumerate(loads)]
     place = ranks.agreed(lambda: made_folder(Path(folder)))
     steps = []
     for number, factor in enumerate(factors):
-        loaded, store = membrane.with_load(factor), place / f"load-{number:04d}.zarr"
-        wanted = PosedByRows(loaded, ranks, least_rows).fingerprint
+        started, store = time.perf_counter(), place / f"load-{number:04d}.zarr"
+        posed = PosedByRows(membrane.with_load(factor), ranks, least_rows)
+        wanted = posed.fingerprint
         known = ranks.everyones([facts_of_store(store)] if ranks.rank == 0 else [])[0]
         resumed = known.get("fingerprint") == wanted and known.get("tol", 1.0) <= tol
         if not resumed:
-            answer = solve(loaded, comm, tol=tol, threads=threads, least_rows=least_rows)
+            answer = solve_posed(posed, request, threads, started)
             numbers = {"contact_area": list(answer.contact_area), "total_reaction": list(answer.total_reaction)}
             own = {"fingerprint": wanted, "load_factor": factor, **numbers}
             answer.to_zarr(store, own)
