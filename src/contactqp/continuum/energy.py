@@ -102,13 +102,7 @@ from ..geometry.numbering import Grid
 from .cell_fields import CellField
 from .data import Data, Surfaces, kept_at
 from .plan import CORNERS, Plan
-
-_FEW = gamma(40)
-"""More roundings than any of the short sums below has in a chain."""
-
-_GROW = 1 + gamma(64)
-
-_LESS_THAN_PI = 3.141592653589793
+from .rounded import FEW, GROW, LESS_THAN_PI, or_infinite, rounded_up
 
 _TWELFTH_ROOT = 0.28867513459481292
 """No less than the square root of a twelfth."""
@@ -163,34 +157,24 @@ def energy_bounds(data: Data, depths: Grid) -> EnergyBounds:
         stretch = _stretch(data, admissible)
         flux = _flux(data, own, admissible, data.surfaces)
         rim = _norm_of_rim(data)
-        misfit = _above(_misfit(data, admissible, flux) + rim)
-        gap = max(0.0, _above(misfit**2 / 2 + flux.cost))
-        norm = _above(flux.slack + math.sqrt(_above(flux.slack**2 + 2 * gap)))
+        misfit = rounded_up(_misfit(data, admissible, flux) + rim)
+        gap = max(0.0, rounded_up(misfit**2 / 2 + flux.cost))
+        norm = rounded_up(flux.slack + math.sqrt(rounded_up(flux.slack**2 + 2 * gap)))
         energy = _energy(data, admissible, stretch, rim)
-        lower = sum_below([energy.lower, -gap, -_above(flux.slack * norm)])
-        contact = _above(gap + flux.slack**2 / 2)
+        lower = sum_below([energy.lower, -gap, -rounded_up(flux.slack * norm)])
+        contact = rounded_up(gap + flux.slack**2 / 2)
         error, known = norm, stretch.norm
         if admissible is not own:
             known = _stretch(data, own).norm
-            error = min(_above(norm + _stretch(data, own - admissible).norm), curved_bound(data, own, rim))
-    bounds = lower, energy.upper, _above(error + rim) if rim else error, contact
-    lower, upper, error, contact = (_known(bound, away) for bound, away in zip(bounds, (-1, 1, 1, 1), strict=True))
+            error = min(rounded_up(norm + _stretch(data, own - admissible).norm), curved_bound(data, own, rim))
+    bounds = lower, energy.upper, rounded_up(error + rim) if rim else error, contact
+    lower, upper, error, contact = (or_infinite(bound, away) for bound, away in zip(bounds, (-1, 1, 1, 1), strict=True))
     return EnergyBounds(Bracket(lower, upper), error, contact, known)
-
-
-def _known(bound: float, away: int) -> float:
-    """Return a bound, the infinite one where it is not a number."""
-    return away * math.inf if math.isnan(bound) else bound
-
-
-def _above(value: float) -> float:
-    """Return an upper bound of a number >= 0 that has been rounded a few times."""
-    return float(value) * _GROW + UNDERFLOW
 
 
 def _sum_above(values: Grid) -> float:
     """Return an upper bound of the sum of numbers >= 0 that have been rounded a few times each."""
-    return _above(float(values.sum()) * (1 + gamma(values.size)) + values.size * UNDERFLOW)
+    return rounded_up(float(values.sum()) * (1 + gamma(values.size)) + values.size * UNDERFLOW)
 
 
 class _Stretch(NamedTuple):
@@ -227,11 +211,11 @@ def _stretch(data: Data, points: Grid) -> _Stretch:
             stored += tension.middle / 8 * square
             swing = np.abs(far - near) * np.maximum(np.abs(near), np.abs(far))
             error += tension.mean_apart / 8 * square + tension.spread / 8 * swing
-    error = error * _GROW + _FEW * stored + UNDERFLOW
+    error = error * GROW + FEW * stored + UNDERFLOW
     total = 2 * _sum_above((stored + error)[plan.squares])
     if data.foundation is not None:
         total += _sum_above((_most_of_foundation(data) * plan.spacing**2 * _mass(plan, points**2))[plan.squares])
-    return _Stretch(stored, error, _above(math.sqrt(total)))
+    return _Stretch(stored, error, rounded_up(math.sqrt(total)))
 
 
 def _most_of_foundation(data: Data) -> Grid:
@@ -264,21 +248,22 @@ def _energy(data: Data, points: Grid, stretch: _Stretch, rim: float) -> Bracket:
             most += weight * np.abs(own) * kept_at(plan, size, corner, which)
     square = plan.spacing**2
     work, most = square / 36 * work, square / 36 * most
-    error = stretch.error + _FEW * most + square * apart * _mass(plan, np.abs(points)) * _GROW
+    error = stretch.error + FEW * most + square * apart * _mass(plan, np.abs(points)) * GROW
     known = (stretch.stored - work)[plan.squares]
-    error = error[plan.squares] + _FEW * np.abs(known) + UNDERFLOW
+    error = error[plan.squares] + FEW * np.abs(known) + UNDERFLOW
     extra = 0.0
     if rim:
         bend, edges = data.bend_of_frame, plan.frame_edges
         touched = np.where(plan.squares, (_corner_most(plan, size) + load.apart) * bend * edges, 0.0)
         beside = math.sqrt(2 * _sum_above((stretch.stored + stretch.error)[edges > 0]))
-        extra = _above(rim * beside) + _above(rim**2 / 2) + _sum_above(plan.spacing**4 / 24 * touched)
+        extra = rounded_up(rim * beside) + rounded_up(rim**2 / 2) + _sum_above(plan.spacing**4 / 24 * touched)
         if foundation is not None:
             extra += (
                 _sum_above(np.where(plan.squares, _most_of_foundation(data) * (edges * bend) ** 2, 0.0)) * square**3
             )
     return Bracket(
-        sum_below([*(known - error).tolist(), -_above(extra)]), sum_above([*(known + error).tolist(), _above(extra)])
+        sum_below([*(known - error).tolist(), -rounded_up(extra)]),
+        sum_above([*(known + error).tolist(), rounded_up(extra)]),
     )
 
 
@@ -300,14 +285,14 @@ def _apart(data: Data, points: Grid, share: float) -> Grid:
         axis = 1 if stiff.shape[1] < foundation.values.shape[1] else 0
         pairs = [_sides((each, each), axis, 0) for each in (np.abs(stiff), np.abs(high))]
         product = product + np.maximum(*pairs[0]) * np.maximum(*pairs[1]) / 4
-    rounding = _FEW * _corner_most(plan, np.abs(data.load.values) + np.abs(foundation.values * points))
+    rounding = FEW * _corner_most(plan, np.abs(data.load.values) + np.abs(foundation.values * points))
     beside = _most_of_foundation(data) * _leaves(data)
-    return np.asarray((data.load.apart + share * product + rounding + beside) * _GROW)
+    return np.asarray((data.load.apart + share * product + rounding + beside) * GROW)
 
 
 def _leaves(data: Data) -> Grid:
     """Return how far v lies from its interpolant beside the frame at most."""
-    return np.asarray(data.bend_of_frame * data.plan.frame_edges * data.plan.spacing**2 / 8 * _GROW)
+    return np.asarray(data.bend_of_frame * data.plan.frame_edges * data.plan.spacing**2 / 8 * GROW)
 
 
 class _Flux(NamedTuple):
@@ -352,7 +337,7 @@ def _flux(data: Data, own: Grid, trial: Grid, surfaces: Surfaces) -> _Flux:
         sums[inner] += size_of[:, :-1] + size_of[:, 1:] if axis == 1 else size_of[:-1] + size_of[1:]
     nodes = plan.nodes
     reaction = np.where(nodes, force * square + pulls, 0.0)
-    rounding = np.where(nodes, _FEW * (size * square + sums), 0.0)
+    rounding = np.where(nodes, FEW * (size * square + sums), 0.0)
     pressed, cost = np.zeros_like(nodes), 0.0
     for surface, sign in surfaces:
         push = sign * reaction
@@ -362,7 +347,7 @@ def _flux(data: Data, own: Grid, trial: Grid, surfaces: Surfaces) -> _Flux:
             paid = (mean + room) * push
         held &= np.isfinite(paid)
         paid = paid[held]
-        cost += sum_above((paid + _FEW * np.abs(paid) + UNDERFLOW).tolist())
+        cost += sum_above((paid + FEW * np.abs(paid) + UNDERFLOW).tolist())
         pressed |= held
     left = np.where(pressed, 0.0, np.abs(reaction)) + rounding
     return _Flux(across, at_corners, cost, _slack(data, force, _apart(data, trial, 1.0), left, loose))
@@ -380,7 +365,7 @@ def _mean_gap(data: Data, surface: CellField, points: Grid) -> tuple[Grid, Grid]
             plan.at_corner(room, corner)[...] += weight / 4 * kept_at(plan, size, corner, which)
         plan.at_corner(mean, corner)[...] += (surface.mean_above + leaves) / 4
         plan.at_corner(room, corner)[...] += np.abs(surface.mean_above) / 4
-    return mean, _FEW * room
+    return mean, FEW * room
 
 
 def _slack(data: Data, force: Grid, apart: Grid, left: Grid, loose: float) -> float:
@@ -406,22 +391,22 @@ def _slack(data: Data, force: Grid, apart: Grid, left: Grid, loose: float) -> fl
             parts = [kept_at(plan, force, corner, which) for which in range(4)]
             part = sum(weight * each for weight, each in zip(_MEAN_OF_QUARTER, parts, strict=True)) - parts[0]
             plan.at_corner(mean, corner)[...] += part / 4
-            plan.at_corner(room, corner)[...] += (apart + _FEW * sum(np.abs(each) for each in parts)) / 4
+            plan.at_corner(room, corner)[...] += (apart + FEW * sum(np.abs(each) for each in parts)) / 4
             uneven = _swing(parts, apart) / 4
             plan.at_corner(wide, corner)[...] += uneven
             of_frame = plan.squares & plan.at_corner(plan.frame, corner)
             between_nodes = kept_at(plan, plan.nodes, corner, 1) & kept_at(plan, plan.nodes, corner, 2)
-            swing += square * float(uneven[of_frame & ~between_nodes].sum()) * _GROW
-            loose += square * float(uneven[of_frame & between_nodes].sum()) * _GROW
+            swing += square * float(uneven[of_frame & ~between_nodes].sum()) * GROW
+            loose += square * float(uneven[of_frame & between_nodes].sum()) * GROW
         drift = np.where(plan.nodes, np.abs(mean) + room, 0.0)
-        swing = swing + square * float(np.where(plan.nodes, wide, 0.0).sum()) * _GROW
+        swing = swing + square * float(np.where(plan.nodes, wide, 0.0).sum()) * GROW
     loose += _sum_above(((left + square * drift) ** 2 / square)[plan.nodes])
     width, height = plan.sides
     along_x, along_y = data.least_tension
     stiff = along_x / width**2 + along_y / height**2
     least = min(along_x, along_y)
-    inner = plan.spacing * math.sqrt(swing / least) / _LESS_THAN_PI
-    return _above(math.sqrt(loose / stiff) / _LESS_THAN_PI + inner * (1 + gamma(plan.nodes.size)))
+    inner = plan.spacing * math.sqrt(swing / least) / LESS_THAN_PI
+    return rounded_up(math.sqrt(loose / stiff) / LESS_THAN_PI + inner * (1 + gamma(plan.nodes.size)))
 
 
 def _even(force: Grid, points: Mask) -> bool:
@@ -437,7 +422,7 @@ def _swing(parts: list[Grid], apart: Grid) -> Grid:
     own, beside, above, far = parts
     ends = (beside - own) / 2, (above - own) / 2, (beside + above + far - 3 * own) / 4
     square = sum(end**2 for end in ends) / 4
-    rounding = _FEW * sum(np.abs(part) for part in parts)
+    rounding = FEW * sum(np.abs(part) for part in parts)
     return np.asarray((np.sqrt(square) + apart + rounding) ** 2)
 
 
@@ -471,8 +456,8 @@ def _at_frame(
             else:
                 at_x[place], at_y[place] = sign * first, sign * last
             parts = abs(behind) + abs(ahead) + abs(first) + abs(last) + float(size[chain.row, chain.column]) * half
-            loose += (_FEW * parts) ** 2 / (2 * half)
-    return _above(loose)
+            loose += (FEW * parts) ** 2 / (2 * half)
+    return rounded_up(loose)
 
 
 def _misfit(data: Data, points: Grid, flux: _Flux) -> float:
@@ -491,13 +476,13 @@ def _misfit(data: Data, points: Grid, flux: _Flux) -> float:
             tension = data.tensions(axis, corner)
             stretch, change = tension.middle * (3 * near + far) / 4, tension.middle * (far - near) / 2
             middle, turn = (through + at_line) / 2, through - at_line
-            rounding = _FEW * (tension.middle * (np.abs(near) + np.abs(far)) + np.abs(through) + np.abs(at_line))
+            rounding = FEW * (tension.middle * (np.abs(near) + np.abs(far)) + np.abs(through) + np.abs(at_line))
             square = (np.abs(stretch - middle) + rounding) ** 2
             square += ((np.abs(change) + rounding) ** 2 + (np.abs(turn) + rounding) ** 2) / 12
             misfit += square / (4 * tension.least)
             swing += tension.spread**2 / (4 * tension.least) * _mean_square(near, far)
     total = math.sqrt(_sum_above(misfit[plan.squares]))
-    return _above(total + (math.sqrt(_sum_above(swing[plan.squares])) if swing.any() else 0.0))
+    return rounded_up(total + (math.sqrt(_sum_above(swing[plan.squares])) if swing.any() else 0.0))
 
 
 def _norm_of_rim(data: Data) -> float:
@@ -511,10 +496,10 @@ def _norm_of_rim(data: Data) -> float:
             tension = data.tensions(axis, corner)
             most = np.maximum(most, tension.middle + tension.spread)
     square = plan.spacing**2
-    share = most * (1 / (3 * _LESS_THAN_PI**2) + 1 / _LESS_THAN_PI**4)
+    share = most * (1 / (3 * LESS_THAN_PI**2) + 1 / LESS_THAN_PI**4)
     if data.foundation is not None:
-        share = share + _most_of_foundation(data) * square / (3 * _LESS_THAN_PI**4)
-    return _above(math.sqrt(_sum_above((share * (plan.frame_edges * bend * square) ** 2)[plan.squares])))
+        share = share + _most_of_foundation(data) * square / (3 * LESS_THAN_PI**4)
+    return rounded_up(math.sqrt(_sum_above((share * (plan.frame_edges * bend * square) ** 2)[plan.squares])))
 
 
 def curved_bound(data: Data, own: Grid, rim: float) -> float:
@@ -544,11 +529,11 @@ def curved_bound(data: Data, own: Grid, rim: float) -> float:
     if len(swell) > 1 and any((one.apart > other.room).any() for one, other in (swell, swell[::-1])):
         return math.inf
     flux = _flux(data, own, trial, reliefs)
-    misfit, bump = _above(_misfit(data, trial, flux) + rim), _above(math.sqrt(bumps))
-    total = _above(misfit**2 + bump**2 + 2 * max(0.0, flux.cost) + 2 * flux.slack * bump + flux.slack**2)
+    misfit, bump = rounded_up(_misfit(data, trial, flux) + rim), rounded_up(math.sqrt(bumps))
+    total = rounded_up(misfit**2 + bump**2 + 2 * max(0.0, flux.cost) + 2 * flux.slack * bump + flux.slack**2)
     clipped = 0.0 if trial is own or (trial == own).all() else _stretch(data, own - trial).norm
-    found = _above(flux.slack + math.sqrt(total) + clipped)
-    return math.inf if math.isnan(found) else found
+    found = rounded_up(flux.slack + math.sqrt(total) + clipped)
+    return or_infinite(found, 1)
 
 
 class _Relief(NamedTuple):
@@ -576,12 +561,12 @@ def _relief(data: Data, surface: CellField, sign: float, points: Grid) -> _Relie
     """Return ψ near a surface, None if there is none that is known to be admissible."""
     plan = data.plan
     gap = np.where(plan.points, surface.values - sign * points, np.inf)
-    least = np.minimum.reduce([plan.at_corner(gap, k) for k in range(4)]) * (1 - _FEW)
+    least = np.minimum.reduce([plan.at_corner(gap, k) for k in range(4)]) * (1 - FEW)
     leaves = _leaves(data)
     touching = plan.nodes & (gap <= 0)
     flagged = plan.squares & (least < surface.below + leaves)
     flagged |= plan.squares & _any_corner(plan, touching)
-    open_frame = np.where(plan.frame, gap, np.inf) * (1 - _FEW)
+    open_frame = np.where(plan.frame, gap, np.inf) * (1 - FEW)
     beside = np.minimum.reduce([plan.at_corner(open_frame, k) for k in range(4)])
     bends = data.bends_of(surface, sign)
     whole = np.isfinite(surface.below) & np.isfinite(surface.above)
@@ -595,7 +580,7 @@ def _relief(data: Data, surface: CellField, sign: float, points: Grid) -> _Relie
     parts = []
     for axis, own in ((1, bends.xx), (0, bends.yy)):
         middle, radius = (own.lower + own.upper) / 2, (own.upper - own.lower) / 2
-        steep = np.abs(middle) * _TWELFTH_ROOT + radius / _LESS_THAN_PI + (bends.xy.upper - bends.xy.lower) / 4
+        steep = np.abs(middle) * _TWELFTH_ROOT + radius / LESS_THAN_PI + (bends.xy.upper - bends.xy.lower) / 4
         part = np.where(some, plan.spacing**2 * steep, 0.0) + slope + 2 * surface.rounding
         tension = np.maximum.reduce(
             [np.broadcast_to(t.middle + t.spread, some.shape) for t in (data.tensions(axis, k) for k in range(4))]
@@ -666,13 +651,13 @@ def _most(data: Data, surface: CellField, points: Grid, name: str) -> Grid | Non
         | np.isinf(surface.range_lower)
         | ~np.isfinite(_corner_most(plan, np.abs(surface.values)))
     )
-    fall = np.where(steep, 0.0, surface.below) * _GROW
-    bend = surface.bent_below * _GROW
+    fall = np.where(steep, 0.0, surface.below) * GROW
+    bend = surface.bent_below * GROW
     on_edge = (plan.frame_edges == 1) & np.isfinite(bend)
     at_frame = plan.squares & (plan.frame_corners > 0) & ~on_edge
     leaves = _leaves(data)
     gap = np.minimum.reduce([plan.at_corner(surface.values - points, k) for k in range(4)])
-    spare = gap * (1 - _FEW) >= fall + leaves
+    spare = gap * (1 - FEW) >= fall + leaves
     # Along lines on which the support does not bend away from its chords, it is enough that nodes are not below it.
     straight = (surface.bent_below <= surface.rounding) & (leaves == 0)
     if (at_frame & ~steep & ~straight & ~spare).any():

@@ -39,7 +39,7 @@ import numpy as np
 from ..foundation.brackets import Bracket, sum_above, sum_below
 from ..foundation.checks import Mask, Vector
 from ..foundation.intervals import Interval
-from ..foundation.rounding import UNDERFLOW, gamma
+from ..foundation.rounding import UNDERFLOW
 from ..foundation.surfaces import Curvature, Ranged
 from ..geometry.fields import OnFrame, is_function, of_x_and_y
 from ..models.cable import Cable
@@ -47,10 +47,7 @@ from ..profiles.analytic import Profile
 from .cell_fields import CellField, array_field, function_field, number_field
 from .data import Tensions, require_positive
 from .energy import EnergyBounds
-
-_FEW = gamma(40)
-_GROW = 1 + gamma(64)
-_LESS_THAN_PI = 3.141592653589793
+from .rounded import FEW, GROW, LESS_THAN_PI, or_infinite, rounded_up
 
 
 class _AlongX:
@@ -240,23 +237,17 @@ def cable_energy(line: Line, depths: Vector) -> EnergyBounds:
         if any(most is None or (sign * trial > most)[1:-1].any() for most, sign in limits):
             return EnergyBounds(Bracket(-np.inf, np.inf), np.inf, np.inf, _norm(line, own))
         misfit, cost, slack = _misfit_and_costs(line, own, trial)
-        gap = max(0.0, _above(misfit / 2 + cost))
-        norm = _above(slack + math.sqrt(_above(slack**2 + 2 * gap)))
+        gap = max(0.0, rounded_up(misfit / 2 + cost))
+        norm = rounded_up(slack + math.sqrt(rounded_up(slack**2 + 2 * gap)))
         energy = _energy(line, trial)
         lowered = _norm(line, own - trial) if (own != trial).any() else 0.0
-    lower = sum_below([energy.lower, -gap, -_above(slack * norm)])
-    if math.isnan(lower):
-        lower = -math.inf
-    upper = math.inf if math.isnan(energy.upper) else energy.upper
-    return EnergyBounds(Bracket(lower, upper), _above(norm + lowered), _above(gap + slack**2 / 2), _norm(line, own))
-
-
-def _above(value: float) -> float:
-    return math.inf if math.isnan(value) else float(value) * _GROW + UNDERFLOW
+    lower = sum_below([energy.lower, -gap, -rounded_up(slack * norm)])
+    bracket = Bracket(or_infinite(lower, -1), or_infinite(energy.upper, 1))
+    return EnergyBounds(bracket, rounded_up(norm + lowered), rounded_up(gap + slack**2 / 2), _norm(line, own))
 
 
 def _sum(values: Vector) -> float:
-    return _above(sum_above(values.tolist()) + values.size * UNDERFLOW)
+    return rounded_up(sum_above(values.tolist()) + values.size * UNDERFLOW)
 
 
 def _most(line: Line, surface: CellField, points: Vector) -> Vector | None:
@@ -268,13 +259,13 @@ def _most(line: Line, surface: CellField, points: Vector) -> Vector | None:
         | np.isinf(line.at_corner(surface.values, 1))
     )
     bottom = np.where(steep, surface.range_lower, np.inf)
-    drop = np.where(steep, 0.0, below * _GROW)
+    drop = np.where(steep, 0.0, below * GROW)
     for stretch in (0, -1):
         if steep[stretch]:
             if points[stretch] > surface.range_lower[stretch]:
                 return None
         elif np.isfinite(surface.bent_below[stretch]):
-            drop[stretch] = 4 * surface.bent_below[stretch] * _GROW
+            drop[stretch] = 4 * surface.bent_below[stretch] * GROW
         elif surface.values[stretch] - points[stretch] < drop[stretch]:
             return None
     room = np.maximum(np.append(drop, 0.0), np.append(0.0, drop))
@@ -290,7 +281,7 @@ def _norm(line: Line, points: Vector) -> float:
     if line.foundation is not None:
         most = np.maximum(line.foundation.range_upper, 0.0) * line.spacing
         stored = stored + most * (points[1:] ** 2 + points[:-1] ** 2) / 2
-    return _above(math.sqrt(_sum(stored * _GROW)))
+    return rounded_up(math.sqrt(_sum(stored * GROW)))
 
 
 def _energy(line: Line, points: Vector) -> Bracket:
@@ -307,8 +298,8 @@ def _energy(line: Line, points: Vector) -> Bracket:
     left, right = slice(None, -1), slice(1, None)
     work = h / 6 * (points[left] * (2 * force[left] + force[right]) + points[right] * (force[left] + 2 * force[right]))
     most = h / 2 * (np.abs(points[left]) + np.abs(points[right])) * np.maximum(size[left], size[right])
-    error = error * _GROW + _FEW * (stored + most) + h * apart * (np.abs(points[left]) + np.abs(points[right])) / 2
-    error = error * _GROW + UNDERFLOW
+    error = error * GROW + FEW * (stored + most) + h * apart * (np.abs(points[left]) + np.abs(points[right])) / 2
+    error = error * GROW + UNDERFLOW
     return Bracket(sum_below((stored - work - error).tolist()), sum_above((stored - work + error).tolist()))
 
 
@@ -320,7 +311,7 @@ def _apart(line: Line, points: Vector) -> Vector:
     high = np.maximum(np.abs(points[1:]), np.abs(points[:-1]))
     product = foundation.apart * high + np.abs(np.diff(foundation.values) * np.diff(points)) / 4
     size = np.abs(line.load.values) + np.abs(foundation.values * points)
-    return np.asarray((line.load.apart + product + _FEW * np.maximum(size[1:], size[:-1])) * _GROW)
+    return np.asarray((line.load.apart + product + FEW * np.maximum(size[1:], size[:-1])) * GROW)
 
 
 def _misfit_and_costs(line: Line, own: Vector, trial: Vector) -> tuple[float, float, float]:
@@ -337,16 +328,16 @@ def _misfit_and_costs(line: Line, own: Vector, trial: Vector) -> tuple[float, fl
     difference = np.diff(trial)
     for side in (0, 1):
         tension, at_point = line.tensions(side), line.at_corner(at_points, side)
-        rounding = _FEW * (tension.middle * np.abs(difference) + np.abs(flux) + np.abs(at_point))
+        rounding = FEW * (tension.middle * np.abs(difference) + np.abs(flux) + np.abs(at_point))
         square = (np.abs(tension.middle * difference - (flux + at_point) / 2) + rounding) ** 2
         square += (np.abs(flux - at_point) + rounding) ** 2 / 12
         misfit += square / (2 * h * tension.least)
         swing += tension.spread**2 / (2 * h * tension.least) * difference**2
-    root = _above(math.sqrt(_sum(misfit))) + (_above(math.sqrt(_sum(swing))) if swing.any() else 0.0)
+    root = rounded_up(math.sqrt(_sum(misfit))) + (rounded_up(math.sqrt(_sum(swing))) if swing.any() else 0.0)
     nodes = line.nodes
     reaction, rounding = np.zeros(own.shape), np.zeros(own.shape)
     reaction[1:-1] = force[1:-1] * h**2 + np.diff(flux)
-    rounding[1:-1] = _FEW * (size[1:-1] * h**2 + np.abs(flux[1:]) + np.abs(flux[:-1]))
+    rounding[1:-1] = FEW * (size[1:-1] * h**2 + np.abs(flux[1:]) + np.abs(flux[:-1]))
     stiffness = np.zeros(own.shape)
     stiffness[1:-1] = line.arms[1:] + line.arms[:-1]
     pressed, cost = np.zeros_like(nodes), 0.0
@@ -360,22 +351,22 @@ def _misfit_and_costs(line: Line, own: Vector, trial: Vector) -> tuple[float, fl
             mean[part] += surface.mean_above / 2
             room[part] += line.at_corner(large, side) + line.at_corner(large, 1 - side) + np.abs(surface.mean_above)
         held = nodes & (push > 0) & ((surface.values - sign * own) * stiffness < push)
-        paid = np.where(held, (mean + _FEW * room) * push / h, 0.0)
+        paid = np.where(held, (mean + FEW * room) * push / h, 0.0)
         held &= np.isfinite(paid)
         paid = paid[held]
-        cost += sum_above((paid + _FEW * np.abs(paid) + UNDERFLOW).tolist())
+        cost += sum_above((paid + FEW * np.abs(paid) + UNDERFLOW).tolist())
         pressed |= held
     left = np.where(pressed, 0.0, np.abs(reaction)) + rounding
     apart = _apart(line, trial)
     uneven = np.diff(force) / 2
     drift = np.zeros(own.shape)
-    drift[1:-1] = np.abs(uneven[1:] - uneven[:-1]) / 4 + (apart[1:] + apart[:-1]) / 2 + _FEW * size[1:-1]
-    wide = (np.abs(uneven) * _THIRD_ROOT + apart + _FEW * (size[1:] + size[:-1])) ** 2
+    drift[1:-1] = np.abs(uneven[1:] - uneven[:-1]) / 4 + (apart[1:] + apart[:-1]) / 2 + FEW * size[1:-1]
+    wide = (np.abs(uneven) * _THIRD_ROOT + apart + FEW * (size[1:] + size[:-1])) ** 2
     loose = math.sqrt(_sum(((left + h**2 * drift)[1:-1]) ** 2 / h**3))
     span = h * flux.size
-    slack = loose * span / _LESS_THAN_PI + h / _LESS_THAN_PI * math.sqrt(_sum(h * wide))
-    ends = _FEW * h * float(size[0] + size[-1] + (np.abs(flux[0]) + np.abs(flux[-1])) / h**2)
-    return _above(root**2), cost, _above((slack + ends * math.sqrt(span)) / math.sqrt(least))
+    slack = loose * span / LESS_THAN_PI + h / LESS_THAN_PI * math.sqrt(_sum(h * wide))
+    ends = FEW * h * float(size[0] + size[-1] + (np.abs(flux[0]) + np.abs(flux[-1])) / h**2)
+    return rounded_up(root**2), cost, rounded_up((slack + ends * math.sqrt(span)) / math.sqrt(least))
 
 
 _THIRD_ROOT = 0.5773502691896258
@@ -399,23 +390,23 @@ def cable_heights(line: Line, depths: Vector) -> tuple[Vector, Vector] | None:
     load, support = line.load, line.surfaces[0][0]
     flux, p, size = tension * np.diff(own), load.values, np.abs(load.values)
     force = (flux[:-1] - flux[1:]) / h**2 - (p[:-2] + 4 * p[1:-1] + p[2:]) / 6  # over h
-    rounding = _FEW * ((np.abs(flux[:-1]) + np.abs(flux[1:])) / h**2 + size[:-2] + size[1:-1] + size[2:]) + UNDERFLOW
+    rounding = FEW * ((np.abs(flux[:-1]) + np.abs(flux[1:])) / h**2 + size[:-2] + size[1:-1] + size[2:]) + UNDERFLOW
     number = np.arange(1, own.size - 1)
     barrier = h**2 * number * (own.size - 1 - number) / (2 * tension)
     gap = support.values[1:-1] - own[1:-1]
-    off = np.maximum(support.rounding[1:], support.rounding[:-1]) + _FEW * np.abs(own[1:-1])
-    raised = rounding - force + (load.above[1:] + load.above[:-1]) / 2 * _GROW
+    off = np.maximum(support.rounding[1:], support.rounding[:-1]) + FEW * np.abs(own[1:-1])
+    raised = rounding - force + (load.above[1:] + load.above[:-1]) / 2 * GROW
     touching = np.where(np.isfinite(gap), np.maximum(gap + off, 0.0) / barrier, np.inf)
-    above = max(0.0, float(np.minimum(raised, touching * _GROW).max()))
-    below = max(0.0, float((rounding + force + (load.below[1:] + load.below[:-1]) / 2 * _GROW).max()))
+    above = max(0.0, float(np.minimum(raised, touching * GROW).max()))
+    below = max(0.0, float((rounding + force + (load.below[1:] + load.below[:-1]) / 2 * GROW).max()))
     steep = ~np.isfinite(support.below) | ~np.isfinite(support.values[1:] + support.values[:-1])
-    bulge = h**2 / (8 * tension) * np.maximum(np.maximum(p[1:], p[:-1]), 0.0) * _GROW
+    bulge = h**2 / (8 * tension) * np.maximum(np.maximum(p[1:], p[:-1]), 0.0) * GROW
     with np.errstate(invalid="ignore"):
         crossing = np.maximum(own[1:] - support.values[1:], own[:-1] - support.values[:-1]) + support.below
         rim = np.maximum(own[1:], own[:-1]) - support.range_lower
-    over = np.where(steep, rim, crossing) + bulge + _FEW * np.maximum(np.abs(own[1:]), np.abs(own[:-1]))
+    over = np.where(steep, rim, crossing) + bulge + FEW * np.maximum(np.abs(own[1:]), np.abs(own[:-1]))
     drop = max(0.0, float(over.max()))
-    room = _FEW * (np.abs(own[1:-1]) + drop)
-    lower = own[1:-1] - below * barrier * _GROW - drop - room
-    upper = own[1:-1] + above * barrier * _GROW + room
+    room = FEW * (np.abs(own[1:-1]) + drop)
+    lower = own[1:-1] - below * barrier * GROW - drop - room
+    upper = own[1:-1] + above * barrier * GROW + room
     return lower, np.minimum(upper, support.values[1:-1] + off)

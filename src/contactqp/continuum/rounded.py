@@ -1,0 +1,30 @@
+"""Rounding of the short sums and products that bounds of the continuum are made of."""
+
+from __future__ import annotations
+
+import math
+
+from ..foundation.rounding import UNDERFLOW, gamma
+
+FEW = gamma(40)
+"""More roundings than any of the short sums has in a chain."""
+
+GROW = 1 + gamma(64)
+
+LESS_THAN_PI = 3.141592653589793
+
+
+def rounded_up(value: float) -> float:
+    """Return an upper bound of a number >= 0 that has been rounded a few times; of what is no number, infinity.
+
+    Examples
+    --------
+    >>> rounded_up(1.0) > 1.0, rounded_up(float("nan"))
+    (True, inf)
+    """
+    return math.inf if math.isnan(value) else float(value) * GROW + UNDERFLOW
+
+
+def or_infinite(bound: float, away: int) -> float:
+    """Return a bound, the infinite one on the side ``away`` (1 or -1) where it is not a number."""
+    return away * math.inf if math.isnan(bound) else bound
