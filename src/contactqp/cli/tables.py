@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..backends import backend_names, get_backend, kind_of, names_besides
-from ..backends.base import USUAL, Backend, Need
+from ..backends.base import Backend, Need
 from ..comparison.columns import cells_of, fitting, printed_columns, width_of
 from ..comparison.compared import Compared
 from ..comparison.text import asked_for
@@ -115,15 +115,13 @@ def _listed(name: str) -> _Listed:
 
 
 def _needs_of(backend: Backend) -> list[str]:
-    """Return what a method relies on: the kind of matrix, and its own needs by name.
+    """Return the names of what a method relies on; what is definite is symmetric.
 
-    A problem without a symmetric matrix has an M-matrix; which one that is, own needs tell more closely.
+    A problem whose matrix need not be symmetric has an M-matrix, unless the method's own needs say more.
     """
     needs = backend.all_needs
-    own = sorted(need.name for need in needs if need not in USUAL)
-    if Need.SYMMETRIC not in needs:
-        return own or ["positive definite or M-matrix"]
-    return ["positive definite" if Need.DEFINITE in needs else "positive semidefinite", *own]
+    names = sorted(need.name for need in needs if not (need is Need.SYMMETRIC and Need.DEFINITE in needs))
+    return names or ["definite or M-matrix"]
 
 
 def _rank(kind: str) -> tuple[int, str]:
