@@ -47,7 +47,15 @@ def test_a_member_is_an_instance_that_is_made_by_its_name():
     assert backends.kind_of("cvxpy:scs") == "cvxpy family"
 
 
-@pytest.mark.parametrize("name", ["qpsolvers:", "cvxpy:quadprog", "qpsolvers:no-such-solver"])
+@pytest.mark.parametrize("name", ["qpsolvers", "qpsolvers:"])
+def test_a_family_alone_is_told_how_its_solvers_are_named(name):
+    told = rf"unknown backend '{name}': its solvers are named as 'qpsolvers:NAME'; installed: qpsolvers:.*; known: qp"
+    with pytest.raises(cq.UnknownBackendError, match=told) as caught:
+        backends.get_backend(name)
+    assert "qpalm" not in str(caught.value).split("known")[0]
+
+
+@pytest.mark.parametrize("name", ["cvxpy:quadprog", "qpsolvers:no-such-solver"])
 def test_a_solver_that_nobody_finds_is_unknown(name):
     with pytest.raises(cq.UnknownBackendError, match=f"unknown backend '{name}'"):
         cq.solve(BOWL, name)

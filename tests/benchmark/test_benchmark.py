@@ -100,12 +100,31 @@ def test_names_that_are_not_known_are_refused(tmp_path):
         benchmark.run("quik", tmp_path)
     with pytest.raises(ValueError, match=r"families has 'bowls'.*did you mean 'bowl'"):
         benchmark.run(SMALL, tmp_path, families=["bowls"])
-    with pytest.raises(ValueError, match="tol must be"):
-        benchmark.run(SMALL, tmp_path, levels=["tight"])
+    with pytest.raises(ValueError, match=r"levels must be one of 'low', .*, got 'mdi'; did you mean 'mid'"):
+        benchmark.run(SMALL, tmp_path, levels=["mdi"])
+    with pytest.raises(TypeError, match=r"backends must be a sequence of names, got 'psor' alone; write \['psor'\]"):
+        benchmark.run(SMALL, tmp_path, backends="psor")
     with pytest.raises(cq.UnknownBackendError, match="'activeset'; did you mean 'active-set'"):
         benchmark.run(SMALL, tmp_path, backends=["activeset"])
     with pytest.raises(ValueError, match="holds no results"):
         Results.read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "told"),
+    [
+        ({"problems": {"bowl": 0}}, ValueError, r"problems\['bowl'\] must be >= 1, got 0"),
+        ({"problems": {"bowl": "31"}}, TypeError, r"problems\['bowl'\] must be an integer or a sequence of integers"),
+        ({"problems": ["bowl"]}, TypeError, r"problems must be a mapping, as .*, got \['bowl'\]"),
+        ({"levels": "mid"}, TypeError, r"levels must be a sequence of names, got 'mid' alone"),
+        ({"time_limit": 0}, ValueError, "time_limit must be > 0"),
+        ({"memory": 2.5}, TypeError, "memory must be an integer"),
+        ({"repeats": 0}, ValueError, "repeats must be >= 1"),
+    ],
+)
+def test_a_suite_is_checked_when_it_is_made(given, error, told):
+    with pytest.raises(error, match=told):
+        replace(SMALL, **given)
 
 
 @pytest.mark.parametrize("name", benchmark.FAMILIES)
@@ -183,6 +202,8 @@ def test_the_report_is_a_page_of_its_own(measured):
     assert all(given["alt"] and given["src"].startswith("data:") for tag, given in tags if tag == "img")
     assert "2 of 5 answers that were said to be solved" in text
     assert "<h2>Limitations</h2>" in text
+    assert "not run yet" not in text
+    assert "bench --suite small --out FOLDER" in text
     assert "its process ended with code 7" in text
     table = measured.to_frame()
     assert (measured.folder / "records.csv").read_text().count("\n") == len(table) + 1
@@ -204,7 +225,36 @@ def test_the_command_prints_a_table_that_fits(tmp_path, monkeypatch):
     assert "active-set  mid" in told.output
     assert "1 of 1" in told.output
     assert max(map(len, told.output.split("report:")[0].splitlines())) <= 80
-    assert (tmp_path / "new" / "report.html").exists()
+    left = "not run yet: hexagon 3; bowl 31; between 31; beam 60; dense 60"
+    assert left in told.output
+    page = (tmp_path / "new" / "report.html").read_text(encoding="utf-8")
+    assert left in page
+    assert "bench --suite quick --families cable --out FOLDER" in page
+
+
+def test_ctrl_c_tells_how_many_answers_are_kept(tmp_path, monkeypatch):
+    from contactqp.benchmark import runner
+
+    answered = iter([record("psor", "hexagon 3", 1.0)])
+
+    def measured(*_):
+        try:
+            return next(answered)
+        except StopIteration:
+            raise KeyboardInterrupt from None
+
+    monkeypatch.setattr(runner, "_reference", lambda *_: {})
+    monkeypatch.setattr(runner, "_measured", measured)
+    told = CliRunner().invoke(app, ["bench", "--backends", "psor,mprgp", "--out", str(tmp_path)])
+    assert told.exit_code == 130
+    assert f"1 answer is kept in {tmp_path}; started again, the same command goes on" in " ".join(told.output.split())
+
+
+def test_an_error_is_at_most_the_lesser_of_its_bounds():
+    """The answer's own bound may be less than what the truth's width leaves of its distance from it."""
+    assert record("a", "bowl 7", 1.0, relative_bound=1e-12, error_upper=3e-12).error_at_most == 1e-12
+    assert record("a", "bowl 7", 1.0, relative_bound=2e-7, error_upper=1e-7).error_at_most == 1e-7
+    assert record("a", "bowl 7", 1.0).error_at_most is None
 
 
 def test_a_suite_tells_how_many_problems_it_has():

@@ -273,6 +273,7 @@ def test_the_command_measures_what_a_file_describes(tmp_path, monkeypatch):
     smoke = CliRunner().invoke(app, ["bench", "run", str(file), "--smoke"])
     assert smoke.exit_code == 0
     assert "other: another" in smoke.output
+    assert "these times mean nothing" in smoke.output
     wrong = CliRunner().invoke(app, ["bench", "run", "sum"])
     assert wrong.exit_code == 2
     assert "name a Python file that defines SPECS" in wrong.output

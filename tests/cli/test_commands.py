@@ -448,6 +448,8 @@ def test_the_list_of_backends_says_what_each_relies_on():
     for solver in ("highs", "daqp", "quadprog", "ecos"):
         assert "definite" in lines[f"qpsolvers:{solver}"]
     assert "definite" not in lines["qpsolvers:piqp"]
+    for method in ("psor", "active-set"):
+        assert "definite or M-matrix" in lines[method]
     assert "symmetric" in lines["osqp"]
     assert "symmetric" not in lines["active-set"]
 

@@ -50,7 +50,8 @@ def test_agreement_reads_well(agreeing):
     lines = text.splitlines()
     assert lines[:2] == [
         "Membrane(1857 nodes, spacing=1, tension=1, load=0.03, support=0 to 1.25)",
-        "gap errors against the exact solution of the discrete problem: tol 1e-06 of the error scale, at most 1.09",
+        "gap errors against the exact solution of the discrete problem: tol 1e-06 of the error scale, which is at most "
+        "1.09",
     ]
     assert lines[3].split() == [
         "backend", "status", "iterations", "seconds", "bound/scale", "true", "error", "min", "gap", "min", "R", "gap·R",

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
 import contactqp as cq
 
@@ -29,6 +30,12 @@ def failing(x, y):
         (lambda: cq.ContactQP("x", Q), TypeError, "G must hold real numbers, got 'x'"),
         (lambda: cq.ContactQP(G, "x"), TypeError, "q must hold real numbers, got 'x'"),
         (lambda: cq.ContactQP(G, Q, upper="x"), TypeError, "upper must hold real numbers, got 'x'"),
+        (lambda: cq.ContactQP(G, csr_array([Q])), TypeError, r"q must be a dense .* \(1, 2\); .* q.toarray\(\).ravel"),
+        (lambda: cq.ContactQP(G, Q, lower=csr_array([Q]).T), TypeError, r"over lower.toarray\(\).ravel\(\)"),
+        (lambda: cq.ContactQP(G, np.array([Q]).T), ValueError, r"q must .* got \(2, 1\); hand over q.ravel\(\)"),
+        (lambda: cq.ContactQP(G, Q, upper=np.array([Q])), ValueError, r"upper must .*\(1, 2\); hand over upper.rav"),
+        (lambda: cq.solve(membrane()).save(None), TypeError, "path must be the name of a file, as .*, got None"),
+        (lambda: cq.study("cable-on-foundation", "9,19"), TypeError, r"sizes must be .*, as \[31, 63\], got '9,19'"),
         (lambda: cq.certify(cq.ContactQP(G, Q), {}), TypeError, "gap must hold real numbers, got {}"),
         (lambda: membrane(load=lambda x: x), TypeError, r"load must be a function of x and y, but <lambda>\(x\)"),
         (lambda: membrane(support=lambda x: x), TypeError, "support must be a function of x and y"),

@@ -60,6 +60,10 @@ def test_columns_never_run_together():
     assert [len(line.split()) for line in rows] == [4, 6, 6, 6]
 
 
+def test_a_single_size_is_taken():
+    assert [found.n for found in cq.study("cable-on-foundation", 9).rows] == [9]
+
+
 def test_a_study_measures_what_it_says():
     study = cq.study("disk-over-floor", [31, 15])
     assert [found.n for found in study.rows] == [15, 31]

@@ -122,6 +122,14 @@ def get_backend(backend: str | Backend) -> Backend:
         own: Backend = _realised(_PLACES[backend])()
         return own
     family = _family_of(backend)
+    if backend.removesuffix(":") in {key.removesuffix(":") for key in _families()}:
+        family = f"{backend.removesuffix(':')}:"
+        members = _realised(TABLE[family])
+        raise UnknownBackendError(
+            f"unknown backend {backend!r}: its solvers are named as '{family}NAME'; installed: "
+            f"{', '.join(family + solver for solver in members.found_here()) or 'none'}; known: "
+            f"{', '.join(family + solver for solver in members.names())}"
+        )
     if family is not None:
         members, solver = _realised(TABLE[family]), backend.removeprefix(family)
         if members.knows(solver):

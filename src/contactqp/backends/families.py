@@ -87,6 +87,11 @@ class Member(Backend):
         return list(dict.fromkeys([*cls.listed(), *_found(cls)]))
 
     @classmethod
+    def found_here(cls) -> list[str]:
+        """Return the names of the solvers that the package finds here, none where it is not installed."""
+        return list(_found(cls))
+
+    @classmethod
     def knows(cls, solver: str) -> bool:
         """Whether there is a solver of that name; the package is loaded only for one that is not in the table."""
         return solver in cls.listed() or solver in _found(cls)

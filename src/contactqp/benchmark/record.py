@@ -133,6 +133,12 @@ class Record:
         return self.status == "certified"
 
     @property
+    def error_at_most(self) -> float | None:
+        """The least number that the true error is proven not to exceed, over the error scale; None if there is none."""
+        known = [bound for bound in (self.relative_bound, self.error_upper) if bound is not None]
+        return min(known, default=None)
+
+    @property
     def refuted(self) -> bool:
         """Whether the answer is proven to be worse than was asked for."""
         return self.error_lower is not None and self.error_lower > self.tol

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..foundation.files import replaced_as_a_whole
 from ..foundation.html import figure_of, line, page, table
-from ..foundation.text import at_least, number
+from ..foundation.text import at_least, at_most, number
 from ..gallery.families import FAMILIES
 from .pictures import plot_growth, plot_profiles
 from .record import Record
@@ -33,8 +33,8 @@ LIMITATIONS = (
     "Times are those of a call that keeps nothing of an earlier one, without loading and compiling, and with the "
     "judge's work. A warm start or a kept factorisation would change them.",
     "Memory is that of the whole process, beyond what it held before; what a library holds back counts, too.",
-    "Not all solvers were asked about all problems: those that are practical at a size only, by their own measured "
-    "limits.",
+    "Not all solvers were asked about all problems: unless they were named, those only that are practical at a size, "
+    "by their own measured limits; and a run that was stopped, or narrowed to some families, has not come to all.",
 )
 """What the figures of a benchmark do not say."""
 
@@ -103,8 +103,9 @@ def _heading(results: Results, headline: str) -> str:
         f"{', '.join(map(str, numbers))}</dd>\n"
         for name, numbers in results.suite.problems.items()
     )
+    left = f"<p><strong>{escape(results.told_not_run)}.</strong></p>\n" if results.not_run else ""
     return (
-        f"<h1>{escape(headline)}</h1>\n<p>{escape(str(results.suite))}. Begun {escape(results.when)}. "
+        f"<h1>{escape(headline)}</h1>\n{left}<p>{escape(str(results.suite))}. Begun {escape(results.when)}. "
         "Each solver ran in a process of its own. An answer is proven if the true solution of the discrete problem is "
         f"certainly within the tolerance of it.</p>\n<dl>\n{families}</dl>\n"
     )
@@ -155,7 +156,8 @@ def _profiles(picture: Figure) -> str:
         "factor of the fastest solver's time",
         "Which part of the problems a solver proves within a factor of the time that the fastest one takes for each "
         "(Dolan and Moré 2002); where its line begins it is the fastest, where it ends is all that it proves. "
-        "What it was not asked, because its method cannot do it or is not practical at that size, counts as not proven",
+        "Of the problems that have run, what it was not asked counts as not proven, be it that its method cannot do "
+        "it, that it is not practical at that size, or that the run was stopped before",
         "both",
     )
 
@@ -192,11 +194,11 @@ def _every(records: Sequence[Record]) -> str:
         _Column("set-up s", lambda one: number(one.setup_seconds)),
         _Column("solve s", lambda one: number(one.solve_seconds)),
         _Column("all s", lambda one: number(one.seconds)),
-        _Column("bound", lambda one: number(one.relative_bound)),
-        _Column("true error", lambda one: number(one.error_upper)),
+        _Column("error, at least", lambda one: "-" if one.error_lower is None else at_least(one.error_lower)),
+        _Column("error, at most", lambda one: "-" if one.error_at_most is None else at_most(one.error_at_most)),
         _Column("MiB", lambda one: _or_dash(None if one.peak_memory is None else round(one.peak_memory / 2**20))),
     )
-    return "<h2>All answers</h2>\n" + _table("Bounds and errors are over the error scale", columns, records)
+    return "<h2>All answers</h2>\n" + _table("Errors are over the error scale, and proven", columns, records)
 
 
 def _or_dash(count: int | None) -> str:
@@ -206,7 +208,9 @@ def _or_dash(count: int | None) -> str:
 def _made_with(results: Results) -> str:
     told = {**results.machine, **results.versions}
     body = [line([(name, False), (value, False)]) for name, value in told.items()]
-    command = f"contactqp bench --suite {results.suite.name} --out FOLDER"
+    run = [family for family in results.suite.problems if any(one.family == family for one in results.records)]
+    narrowed = "" if len(run) == len(results.suite.problems) else f" --families {','.join(run)}"
+    command = f"contactqp bench --suite {results.suite.name}{narrowed} --out FOLDER"
     return f"<h2>Machine and versions</h2>\n<p>Made by <code>{escape(command)}</code>.</p>\n" + table(
         "What it was measured with", [("what", False), ("value", False)], body
     )

@@ -110,6 +110,32 @@ class Results:
             file.write(json.dumps(record.to_dict()) + "\n")
         self.records.append(record)
 
+    @property
+    def not_run(self) -> dict[str, tuple[int, ...]]:
+        """The suite's problems without a record, by family: those of a run that was stopped, or narrowed to others.
+
+        Examples
+        --------
+        >>> from contactqp.benchmark.suites import Suite
+        >>> results = Results(Path(), Suite("two", {"bowl": (31, 63), "beam": 60}, ("mid",), 5.0, 2**31, 1), {}, {}, "")
+        >>> results.records.append(Record("bowl", 31, "psor", "mid"))
+        >>> results.not_run
+        {'bowl': (63,), 'beam': (60,)}
+        """
+        has = {(record.family, record.number) for record in self.records}
+        left = {
+            family: tuple(number for number in numbers if (family, number) not in has)
+            for family, numbers in self.suite.problems.items()
+        }
+        return {family: numbers for family, numbers in left.items() if numbers}
+
+    @property
+    def told_not_run(self) -> str:
+        """The problems without a record in words, ``""`` if there is none."""
+        left = (f"{family} {', '.join(map(str, numbers))}" for family, numbers in self.not_run.items())
+        told = "; ".join(left)
+        return f"not run yet: {told}" if told else ""
+
     def to_frame(self) -> pd.DataFrame:
         """Return a line for each record, with whether it is proven, and claimed but wrong."""
         load_modules("pandas")

@@ -14,8 +14,9 @@ from typing import Any, Literal
 
 from ..backends import get_backend
 from ..backends.base import Backend
-from ..foundation.checks import nearest
+from ..foundation.checks import names_in, nearest
 from ..foundation.progress import Progress
+from ..foundation.text import counted
 from ..gallery.families import FAMILIES
 from ..solving.tolerances import tolerance_of
 from .about import measured_with
@@ -70,12 +71,26 @@ def run(
         If there is no backend of a given name.
     ValueError
         If another name is not known, or the folder holds results of something else.
+    KeyboardInterrupt
+        With a note of how many answers the folder keeps.
     """
-    chosen = _narrowed(suite_of(suite), levels, families)
-    for backend in () if backends is None or isinstance(backends, str) else backends:
-        get_backend(backend)
-    place = Path(folder)
-    results = Results.begun(place, chosen, *measured_with())
+    whole = suite_of(suite)
+    chosen = _narrowed(whole, levels, families)
+    if backends is not None and backends != "all":
+        for backend in names_in(backends, "backends"):
+            get_backend(backend)
+    results = Results.begun(Path(folder), replace(chosen, problems=whole.problems), *measured_with())
+    try:
+        _measure(results, chosen, backends)
+    except KeyboardInterrupt as stop:
+        kept = counted(len(results.records), "answer is", "answers are")
+        stop.add_note(f"{kept} kept in {results.folder}; started again, the same command goes on from there")
+        raise
+    return results
+
+
+def _measure(results: Results, chosen: Suite, backends: Sequence[str | Backend] | Literal["all"] | None) -> None:
+    """Add what is still missing of a suite to results."""
     done = {record.key for record in results.records}
     with Progress(f"benchmark {chosen.name}") as progress, tempfile.TemporaryDirectory() as scratch:
         for family, number in _problems(chosen):
@@ -90,14 +105,11 @@ def run(
                 if ask.key not in done:
                     progress.update(f"{ask.problem}: {ask.backend}, {ask.level}")
                     results.add(_measured(ask, truth, Path(scratch)))
-    return results
 
 
 def _narrowed(suite: Suite, levels: Sequence[str] | None, families: Sequence[str] | None) -> Suite:
     """Return a suite with some of its levels and families."""
-    for level in levels or ():
-        tolerance_of(level)
-    for family in families or ():
+    for family in () if families is None else names_in(families, "families"):
         if family not in suite.problems:
             known = list(suite.problems)
             raise ValueError(
@@ -108,7 +120,7 @@ def _narrowed(suite: Suite, levels: Sequence[str] | None, families: Sequence[str
     for name in kept:
         if name not in FAMILIES:
             raise ValueError(f"suite {suite.name!r} has an unknown family {name!r}; known: {', '.join(FAMILIES)}")
-    return replace(suite, problems=kept, levels=tuple(levels or suite.levels))
+    return replace(suite, problems=kept, levels=suite.levels if levels is None else tuple(names_in(levels, "levels")))
 
 
 def _problems(suite: Suite) -> Iterator[tuple[str, int]]:

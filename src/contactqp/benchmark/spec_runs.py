@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 WIDTH = 80
 """Columns of the tables."""
 
+SMOKE = "smoke: each phase ran once, cold and at a small point; these times mean nothing"
+"""What a run that only shows that all runs says of its times."""
+
 _TIMINGS = "timings.csv"
 _INDENT = 6
 _POINT, _SIZE, _SECONDS, _RATIO, _EACH = 9, 9, 9, 7, 8
@@ -115,6 +118,8 @@ def run_specs(
         every += found
         if folder is not None:
             _write(spec, found, every, folder)
+    if smoke:
+        show(f"\n{SMOKE}")
     return every
 
 

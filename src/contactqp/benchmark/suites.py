@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from ..foundation.checks import nearest
+from ..foundation.checks import integer_at_least, integers_at_least, names_in, nearest, positive_number
 from ..foundation.text import counted
+from ..solving.tolerances import level_of
 
 GIB = 2**30
 
@@ -20,7 +21,7 @@ class Suite:
     ----------
     name : str
     problems : mapping of str to tuple of int
-        By family, see `FAMILIES`, the numbers that its problems are made by.
+        By family, see `FAMILIES`, the numbers that its problems are made by; one alone may be given as it is.
     levels : tuple of str
         Settings of every backend: "low", "mid", "high" or "default".
     time_limit : float
@@ -29,6 +30,16 @@ class Suite:
         Bytes for a solver's process.
     repeats : int
         Runs of each solver in its process; the least time counts.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one of these is of another kind, or out of range.
+
+    Examples
+    --------
+    >>> print(Suite("tiny", {"bowl": 7}, ("mid",), 5.0, 2 * GIB, 1))
+    tiny: 1 problem of 1 family, mid; 5 s and 2 GiB each
     """
 
     name: str
@@ -37,6 +48,21 @@ class Suite:
     time_limit: float
     memory: int
     repeats: int
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.problems, Mapping):
+            raise TypeError(f"problems must be a mapping, as {{'bowl': (31, 63)}}, got {self.problems!r}")
+        problems = {
+            family: tuple(integers_at_least(numbers, 1, f"problems[{family!r}]"))
+            for family, numbers in self.problems.items()
+        }
+        object.__setattr__(self, "problems", problems)
+        object.__setattr__(
+            self, "levels", tuple(level_of(level, "levels") for level in names_in(self.levels, "levels"))
+        )
+        positive_number(self.time_limit, "time_limit")
+        integer_at_least(self.memory, 1, "memory")
+        integer_at_least(self.repeats, 1, "repeats")
 
     def __str__(self) -> str:
         count = sum(map(len, self.problems.values()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,16 +26,20 @@ class bad_input:  # noqa: N801
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
         if isinstance(error, KeyboardInterrupt):
-            typer.echo("contactqp: interrupted", err=True)
+            typer.echo(f"contactqp: interrupted{_notes_of(error)}", err=True)
             raise typer.Exit(EXIT_INTERRUPTED) from None
         if isinstance(error, BrokenPipeError):  # who read our output has enough of it
             return
         if isinstance(error, MemoryError):
             error = MemoryError(f"not enough memory: {error}")
         if isinstance(error, (ValueError, TypeError, ImportError, OSError, ArithmeticError, MemoryError)):
-            notes = "".join(f" ({note})" for note in getattr(error, "__notes__", ()))
-            typer.echo(f"contactqp: {' '.join(f'{_words_of(error)}{notes}'.split())}", err=True)
+            typer.echo(f"contactqp: {' '.join(f'{_words_of(error)}{_notes_of(error)}'.split())}", err=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
+
+
+def _notes_of(error: BaseException) -> str:
+    """Return what was noted beside an error, each note in parentheses."""
+    return "".join(f" ({note})" for note in getattr(error, "__notes__", ()))
 
 
 def _words_of(error: BaseException) -> str:
@@ -47,10 +52,26 @@ def _words_of(error: BaseException) -> str:
 class _Commands(TyperGroup):
     """All commands: each is ended by Ctrl-C, and tells of bad input, in the same way."""
 
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        _reflow(self)
+
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         """Run the command that the command line names."""
         with ended_by_interrupts(), bad_input():
             return super().invoke(ctx)
+
+
+def _reflow(command: Any) -> None:
+    """Join the lines of each paragraph of a command's help, and of those below it.
+
+    Typer keeps the line breaks of a docstring in all paragraphs but the first, whatever the terminal's width.
+    """
+    if command.help:
+        paragraphs = inspect.cleandoc(command.help).split("\n\n")
+        command.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
+    for below in getattr(command, "commands", {}).values():
+        _reflow(below)
 
 
 app = typer.Typer(

@@ -70,6 +70,8 @@ def run_suite(
     console.print()
     console.print(table)
     console.print()
+    if results.not_run:
+        console.print(Text(results.told_not_run, style="yellow"))
     typer.echo(f"report: {write_report(results)}")
     false_proofs = [record for record in results.records if record.proven and record.refuted]
     for record in false_proofs:

@@ -115,9 +115,13 @@ def _listed(name: str) -> _Listed:
 
 
 def _needs_of(backend: Backend) -> list[str]:
-    """Return the names of what a method relies on; what is definite is symmetric."""
+    """Return the names of what a method relies on; what is definite is symmetric.
+
+    A problem whose matrix need not be symmetric has an M-matrix, unless the method's own needs say more.
+    """
     needs = backend.all_needs
-    return sorted(need.name for need in needs if not (need is Need.SYMMETRIC and Need.DEFINITE in needs))
+    names = sorted(need.name for need in needs if not (need is Need.SYMMETRIC and Need.DEFINITE in needs))
+    return names or ["definite or M-matrix"]
 
 
 def _rank(kind: str) -> tuple[int, str]:

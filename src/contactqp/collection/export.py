@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
-from ..foundation.checks import integer_at_least
+from ..foundation.checks import integers_at_least
 from ..foundation.files import made_folder, replaced_as_a_whole
 from ..foundation.progress import Progress
 from ..foundation.text import at_most
@@ -84,7 +84,7 @@ def _ours(name: str) -> bool:
 
 def export_dataset(
     folder: str | Path,
-    sizes: Sequence[int] = SIZES,
+    sizes: Sequence[int] | int = SIZES,
     families: Sequence[str] = FAMILIES,
     *,
     told: Callable[[Proved], object] | None = None,
@@ -103,7 +103,7 @@ def export_dataset(
     ----------
     folder : str or Path
         Made if it is missing.
-    sizes : sequence of int
+    sizes : sequence of int, or int
         Nodes along a side.
     families : sequence of str
         Names of `contactqp.gallery.names`, of models.
@@ -127,7 +127,7 @@ def export_dataset(
     (['ball_7.npz', 'OBSTCLBL_7.npz'], ())
     """
     folder = Path(folder)
-    wanted = sorted({integer_at_least(n, 1, "sizes") for n in sizes})
+    wanted = sorted(set(integers_at_least(sizes, 1, "sizes")))
     for family in families:
         entry_of(family)
     if not wanted or not families:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..foundation.checks import Vector, integer_at_least
+from ..foundation.files import path_of
 from ..foundation.loading import load_modules
 from ..foundation.terminal import line_width
 from ..models.base import ContactModel, split
@@ -266,7 +267,7 @@ class Comparison:
         """
         from .html import write_report
 
-        return write_report(self, Path(path), title, None if explorer is None else Path(explorer))
+        return write_report(self, path_of(path), title, None if explorer is None else Path(explorer))
 
     def __repr__(self) -> str:
         return as_text(self, line_width())

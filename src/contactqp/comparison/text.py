@@ -49,7 +49,7 @@ def closing_lines(compared: Compared) -> list[str]:
 def asked_for(compared: Compared) -> str:
     """Return in words what error was asked for: against what, and relative to what."""
     scale = f"{compared.answers.problem.gap_scale:.3g}"
-    return f"gap errors against {DISCRETE}: tol {compared.tolerance} of the error scale, at most {scale}"
+    return f"gap errors against {DISCRETE}: tol {compared.tolerance} of the error scale, which is at most {scale}"
 
 
 def as_json(compared: Compared, indent: int | None) -> str:

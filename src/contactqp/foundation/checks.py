@@ -74,6 +74,49 @@ def integer_at_least(value: object, low: int, name: str) -> int:
     return number
 
 
+def integers_at_least(value: object, low: int, name: str) -> list[int]:
+    """Return integers >= ``low``, given as a sequence of them or as one.
+
+    Examples
+    --------
+    >>> integers_at_least((31, 63), 1, "sizes"), integers_at_least(31, 1, "sizes")
+    ([31, 63], [31])
+    >>> integers_at_least("31,63", 1, "sizes")
+    Traceback (most recent call last):
+    ...
+    TypeError: sizes must be an integer or a sequence of integers, as [31, 63], got '31,63'
+    """
+    if hasattr(value, "__index__") and not np.ndim(cast("Any", value)):
+        return [integer_at_least(value, low, name)]
+    try:
+        several = [] if isinstance(value, (str, bytes)) else list(cast("Iterable[object]", value))
+    except TypeError:
+        several = []
+    if not several and not (hasattr(value, "__len__") and len(value) == 0):
+        raise TypeError(f"{name} must be an integer or a sequence of integers, as [31, 63], got {value!r}")
+    return [integer_at_least(one, low, name) for one in several]
+
+
+def names_in(value: object, name: str) -> list[str]:
+    """Return names, given as a sequence of them.
+
+    Examples
+    --------
+    >>> names_in(("low", "mid"), "levels")
+    ['low', 'mid']
+    >>> names_in("mid", "levels")
+    Traceback (most recent call last):
+    ...
+    TypeError: levels must be a sequence of names, got 'mid' alone; write ['mid']
+    """
+    if isinstance(value, str):
+        raise TypeError(f"{name} must be a sequence of names, got {value!r} alone; write [{value!r}]")
+    try:
+        return list(cast("Iterable[str]", value))
+    except TypeError:
+        raise TypeError(f"{name} must be a sequence of names, got {value!r}") from None
+
+
 def real_array(value: object, name: str, *, copied: bool = True) -> NDArray[np.float64]:
     """Return ``value`` as a float array, a new one unless told otherwise; complex and non-numeric data are refused."""
     if hasattr(value, "magnitude") and hasattr(value, "units"):
@@ -91,6 +134,9 @@ def real_array(value: object, name: str, *, copied: bool = True) -> NDArray[np.f
             f"{name} must hold real numbers, got {_told(value)}; if that is a file, contactqp.read_field reads numbers "
             "and fields from it, and contactqp.read_surface a map of heights"
         )
+    if hasattr(value, "toarray") and hasattr(value, "shape"):
+        dense = f"{name}.toarray(){_straightened(value.shape)}"
+        raise TypeError(f"{name} must be a dense array, got a sparse one of shape {value.shape}; hand over {dense}")
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must hold real numbers, got {_told(value)} (dtype {array.dtype})")
     return np.array(array, dtype=np.float64) if copied else np.asarray(array, dtype=np.float64)
@@ -104,9 +150,26 @@ def vector(value: object, size: int, name: str, *, copied: bool = True) -> Vecto
     """Return ``value`` as a float vector of exactly ``size`` finite entries, a new one unless told otherwise."""
     array = real_array(value, name, copied=copied)
     if array.shape != (size,):
-        raise ValueError(f"{name} must have shape ({size},), got {array.shape}")
+        raise ValueError(f"{name} must have shape ({size},), got {told_shape(array, size, name)}")
     refuse_non_finite(array, name)
     return array
+
+
+def told_shape(array: NDArray[Any], size: int, name: str) -> str:
+    """Return an array's shape that should be ``(size,)``, and what to do where it is a row or a column of that length.
+
+    Examples
+    --------
+    >>> told_shape(np.zeros((3, 1)), 3, "q"), told_shape(np.zeros(4), 3, "q")
+    ('(3, 1); hand over q.ravel()', '(4,)')
+    """
+    straightened = _straightened(array.shape) if array.size == size else ""
+    return f"{array.shape}; hand over {name}{straightened}" if straightened else str(array.shape)
+
+
+def _straightened(shape: tuple[int, ...]) -> str:
+    """Return what makes a vector of a row or a column, nothing for other shapes."""
+    return ".ravel()" if len(shape) == 2 and 1 in shape else ""
 
 
 def positive_vector(value: object, size: int, name: str) -> Vector:

@@ -14,6 +14,21 @@ _held: set[Path] = set()
 _held_guard = threading.Lock()
 
 
+def path_of(value: object, name: str = "path") -> Path:
+    """Return the path that a user gives for a file.
+
+    Examples
+    --------
+    >>> path_of(None)
+    Traceback (most recent call last):
+    ...
+    TypeError: path must be the name of a file, as a str or a Path, got None
+    """
+    if not isinstance(value, (str, os.PathLike)):
+        raise TypeError(f"{name} must be the name of a file, as a str or a Path, got {value!r}")
+    return Path(value)
+
+
 def require_folder(path: Path, what: str) -> None:
     """Raise a ValueError that names ``what``, if there is no folder to write ``path`` into."""
     if not path.parent.is_dir():

@@ -29,8 +29,10 @@ def explained(error: ValidationError, case: type[Section]) -> str:
     case : type
         The section that the whole file was taken for.
     """
-    shown: list[str] = []
-    problems = error.errors(include_url=False)
+    every = error.errors(include_url=False)
+    missing = [problem for problem in every if _is_missing(problem)]
+    shown = [_told_missing(missing, case)] if missing else []
+    problems = [problem for problem in every if not _is_missing(problem)]
     for told, problem in enumerate(problems):
         text = _explain(problem, case)
         if text in shown:
@@ -41,9 +43,24 @@ def explained(error: ValidationError, case: type[Section]) -> str:
     return "; ".join(shown)
 
 
+def _is_missing(problem: Any) -> bool:
+    """Whether a key is missing; of a list's entries there may be any number."""
+    return problem["type"] == "missing" and isinstance(problem["loc"][-1], str)
+
+
+def _told_missing(missing: Sequence[Any], case: type[Section]) -> str:
+    """Return all keys that are missing, as one error."""
+    *others, last = (_key(_place(problem["loc"], case)[0]) for problem in missing)
+    return f"{', '.join(others)} and {last}: fields required" if others else f"{last}: field required"
+
+
+def _key(names: Sequence[int | str]) -> str:
+    return "".join(f"[{name}]" if isinstance(name, int) else f".{name}" for name in names).lstrip(".")
+
+
 def _explain(problem: Any, case: type[Section]) -> str:
     names, section = _place(problem["loc"], case)
-    key = "".join(f"[{name}]" if isinstance(name, int) else f".{name}" for name in names).lstrip(".")
+    key = _key(names)
     known, given, context = section.model_fields, problem["input"], problem.get("ctx", {})
     match problem["type"]:
         case "model_attributes_type" | "model_type":
@@ -67,7 +84,28 @@ def _explain(problem: Any, case: type[Section]) -> str:
             return f"{key}: must be a number, or a table with profile or file, got a table with {found}{likely}"
         case "union_tag_not_found":
             return f"{key}: needs the key {context['discriminator'].strip(chr(39))}"
-    return f"{key or 'file'}: {problem['msg'][0].lower()}{problem['msg'][1:]}, got {shortened(repr(given))}"
+    told = f"{key or 'file'}: {problem['msg'][0].lower()}{problem['msg'][1:]}, got {shortened(repr(given))}"
+    return told + (_instead_of(given, str(names[0]), case) if problem["type"] == "float_type" else "")
+
+
+def _instead_of(given: object, field: str, case: type[Section]) -> str:
+    """Return how to write what stands in place of a number: one without quotation marks, or data of a file."""
+    if not isinstance(given, str):
+        return ""
+    try:
+        float(given)
+    except ValueError:
+        return f'; data of a file are {field} = {{file = "{shortened(given)}"}}' if _takes_files(field, case) else ""
+    return f"; write {given.strip()} without quotation marks"
+
+
+def _takes_files(field: str, case: type[Section]) -> bool:
+    """Whether values of a field may come from a file."""
+    try:
+        case.model_validate({field: {"file": "values.npy"}})
+    except ValidationError as error:
+        return all(problem["loc"][0] != field for problem in error.errors(include_url=False))
+    return True
 
 
 def _ways(context: Any) -> str:

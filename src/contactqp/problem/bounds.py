@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..algebra.stiffness import LatticeStiffness
-from ..foundation.checks import Mask, Vector, read_only, real_array, repeated
+from ..foundation.checks import Mask, Vector, read_only, real_array, repeated, told_shape
 from ..geometry.numbering import Layout, Numbering
 from ..geometry.runs import BOUNDED, FREE, SUPPORTED
 
@@ -194,7 +194,8 @@ class Bounds:
 def _checked(value: ArrayLike, size: int, name: str, refused: float) -> Vector:
     bound = real_array(value, name)
     if bound.shape not in ((), (size,)):
-        raise ValueError(f"{name} must be a number or have shape ({size},), got {bound.shape}")
+        found = told_shape(bound, size, name)
+        raise ValueError(f"{name} must be a number or have shape ({size},), got {found}")
     bad = np.flatnonzero(np.isnan(bound) | (bound == refused))
     if bad.size:
         wanted = "a number or -inf (no bound)" if refused > 0 else "a number or inf (no bound)"

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..foundation.checks import Mask, Vector, positive_number, read_only, times, vector
+from ..foundation.files import path_of
 from ..foundation.text import counted
 from ..geometry.numbering import Grid, Layout
 from .barrier import Barrier
@@ -376,7 +377,7 @@ class ContactProblem(Posed):
         end
         <BLANKLINE>
         """
-        path = Path(path)
+        path = path_of(path)
         if path.suffix.lower() in PROGRAMS:
             self.require_energy()
         return write_problem(self, path, self.gap_scale)

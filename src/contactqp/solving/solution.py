@@ -22,6 +22,7 @@ from ..errors import ContactWarning, NotCertifiedError
 from ..foundation.brackets import Bracket
 from ..foundation.checks import Mask, Vector, one_of, read_only
 from ..foundation.deadline import Deadline
+from ..foundation.files import path_of
 from ..foundation.interrupts import OutOfTime
 from ..foundation.loading import is_loading, loading_seconds, working_seconds
 from ..foundation.pictures import UnitNames, Wanted
@@ -834,7 +835,7 @@ class Solution:
         """
         from ..io.writers import write_bare, write_solution
 
-        path = Path(path)
+        path = path_of(path)
         if self.model is None:
             write_bare(self, path)
         else:

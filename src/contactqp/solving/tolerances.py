@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..foundation.checks import nearest, open_interval
+from ..foundation.checks import nearest, one_of, open_interval
 
 LEVELS = {"low": 1e-3, "mid": 1e-6, "high": 1e-9}
 """Named tolerances, as benchmarks of QP solvers name their settings."""
@@ -38,6 +38,19 @@ class Tolerance:
 
     def __str__(self) -> str:
         return f"{self.tol:g}" + (f" ({self.setting})" if self.setting else "")
+
+
+def level_of(value: object, name: str) -> str:
+    """Return the name of a level, which ``name`` holds.
+
+    Examples
+    --------
+    >>> level_of("mdi", "levels")
+    Traceback (most recent call last):
+    ...
+    ValueError: levels must be one of 'low', 'mid', 'high', 'default', got 'mdi'; did you mean 'mid'?
+    """
+    return one_of(value, (*LEVELS, OWN_DEFAULTS), name)
 
 
 def tolerance_of(value: object) -> Tolerance:

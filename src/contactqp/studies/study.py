@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..backends.base import Backend
-from ..foundation.checks import integer_at_least
-from ..foundation.files import replaced_as_a_whole, require_writable
+from ..foundation.checks import integers_at_least
+from ..foundation.files import path_of, replaced_as_a_whole, require_writable
 from ..foundation.json_text import json_of
 from ..foundation.loading import load_modules
 from ..foundation.progress import Progress
@@ -75,7 +75,7 @@ class Study(Errors):
         ValueError
             If the suffix is another, or the file cannot be written.
         """
-        path = Path(path)
+        path = path_of(path)
         require_writable(path, SUFFIXES, "study")
         with replaced_as_a_whole(path) as unfinished:
             if path.suffix.lower() == ".json":
@@ -108,7 +108,7 @@ class Study(Errors):
 
 def study(
     name: str,
-    sizes: Sequence[int] | None = None,
+    sizes: Sequence[int] | int | None = None,
     *,
     backend: str | Backend = "auto",
     tol: float | str = _TOL,
@@ -121,7 +121,7 @@ def study(
     ----------
     name : str
         One of `contactqp.gallery.names`, of which a closed form is known.
-    sizes : sequence of int, optional
+    sizes : sequence of int, or int, optional
         Nodes along a side, in any order; by default four spacings, each half the one before, from the entry's own.
     backend : str or Backend
         See `contactqp.solve`.
@@ -138,6 +138,8 @@ def study(
 
     Raises
     ------
+    TypeError
+        If the sizes are no integers.
     ValueError
         If the name is unknown, no closed form is known, or there are no sizes, or one that the entry does not have.
 
@@ -159,7 +161,7 @@ def study(
     in contact, of it; boundary: largest distance from the free boundary (length)
     """
     entry = entry_of(name)
-    wanted = _sizes_from(entry.nodes) if sizes is None else sorted({integer_at_least(n, 1, "sizes") for n in sizes})
+    wanted = _sizes_from(entry.nodes) if sizes is None else sorted(set(integers_at_least(sizes, 1, "sizes")))
     if not wanted:
         raise ValueError("sizes must hold one number of nodes or more")
     rows, backends = [], set()
