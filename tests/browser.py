@@ -57,15 +57,17 @@ class Page:
         os.close(to_browser)
         os.close(from_browser)
         self._received, self._count, self._session = b"", 0, None
+        self._loaded: set[str] = set()
         self.complaints: list[str] = []
         target = next(found for found in self._call("Target.getTargets")["targetInfos"] if found["type"] == "page")
         attached = self._call("Target.attachToTarget", targetId=target["targetId"], flatten=True)
         self._session = attached["sessionId"]
         for domain in ("Runtime", "Log", "Network", "Page"):
             self._call(f"{domain}.enable")
+        self._call("Page.setLifecycleEventsEnabled", enabled=True)
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
         self._call("Emulation.setDeviceMetricsOverride", **size)
-        self._call("Page.navigate", url=file.resolve().as_uri())
+        self.open(file.resolve().as_uri())
 
     def __enter__(self) -> Self:
         return self
@@ -76,6 +78,12 @@ class Page:
         os.close(self._write)
         os.close(self._read)
         shutil.rmtree(self._home, ignore_errors=True)
+
+    def open(self, address: str) -> None:
+        """Open a page, and wait until it is loaded: amid a change of pages there may be no document to ask."""
+        document = self._call("Page.navigate", url=address)["loaderId"]
+        while document not in self._loaded:
+            self._notice(self._next())
 
     def ask(self, expression: str) -> Any:
         """Return the value of an expression of JavaScript, as JSON has it; a promise is awaited."""
@@ -147,6 +155,8 @@ class Page:
     def _notice(self, event: dict[str, Any]) -> None:
         told = event.get("params", {})
         match event.get("method"):
+            case "Page.lifecycleEvent" if told["name"] == "load":
+                self._loaded.add(told["loaderId"])
             case "Runtime.exceptionThrown":
                 self.complaints.append(json.dumps(told["exceptionDetails"]))
             case "Runtime.consoleAPICalled" if told["type"] in ("error", "warning", "assert"):

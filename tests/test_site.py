@@ -79,11 +79,7 @@ def test_every_picture_is_there_and_says_what_it_shows(pages):
 
 
 def open_page(browser, name, query=""):
-    """Open a page, once the one before is there: what is asked amid a change of pages is not answered."""
-    browser.wait("location.protocol === 'file:' && document.readyState === 'complete'")
-    address = f"{(SITE / f'{name}.html').as_uri()}{query}"
-    browser.ask(f"location.href = {address!r}")
-    browser.wait(f"location.href === {address!r} && document.readyState === 'complete'")
+    browser.open(f"{(SITE / f'{name}.html').as_uri()}{query}")
 
 
 @in_a_browser
@@ -141,7 +137,6 @@ def test_pages_are_as_wide_as_a_phone():
 def test_there_is_a_dark_mode():
     with Page(SITE / "index.html") as browser:
         background = "getComputedStyle(document.body).backgroundColor"
-        browser.wait("location.protocol === 'file:' && document.readyState === 'complete'")
         browser.ask("document.documentElement.dataset.theme = 'light'")
         light = browser.ask(background)
         browser.ask("document.documentElement.dataset.theme = 'dark'")
