@@ -121,15 +121,15 @@ def get_backend(backend: str | Backend) -> Backend:
     if backend in (*_own_names(), *BY_NAME):
         own: Backend = _realised(_PLACES[backend])()
         return own
-    family = _family_of(backend)
-    if backend.removesuffix(":") in {key.removesuffix(":") for key in _families()}:
-        family = f"{backend.removesuffix(':')}:"
-        members = _realised(TABLE[family])
+    alone = f"{backend.removesuffix(':')}:"
+    if alone in _families():
+        members = _realised(TABLE[alone])
         raise UnknownBackendError(
-            f"unknown backend {backend!r}: its solvers are named as '{family}NAME'; installed: "
-            f"{', '.join(family + solver for solver in members.found_here()) or 'none'}; known: "
-            f"{', '.join(family + solver for solver in members.names())}"
+            f"unknown backend {backend!r}: its solvers are named as '{alone}NAME'; installed: "
+            f"{', '.join(alone + solver for solver in members.found_here()) or 'none'}; known: "
+            f"{', '.join(alone + solver for solver in members.names())}"
         )
+    family = _family_of(backend)
     if family is not None:
         members, solver = _realised(TABLE[family]), backend.removeprefix(family)
         if members.knows(solver):

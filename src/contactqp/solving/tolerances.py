@@ -12,6 +12,8 @@ LEVELS = {"low": 1e-3, "mid": 1e-6, "high": 1e-9}
 OWN_DEFAULTS = "default"
 """The setting in which each library runs once, as its authors ship it."""
 
+_LEVEL_NAMES = (*LEVELS, OWN_DEFAULTS)
+
 DEFAULT_TOL = 1e-6
 """What every answer is judged by if nothing else is asked for."""
 
@@ -50,7 +52,7 @@ def level_of(value: object, name: str) -> str:
     ...
     ValueError: levels must be one of 'low', 'mid', 'high', 'default', got 'mdi'; did you mean 'mid'?
     """
-    return one_of(value, (*LEVELS, OWN_DEFAULTS), name)
+    return one_of(value, _LEVEL_NAMES, name)
 
 
 def tolerance_of(value: object) -> Tolerance:
@@ -76,8 +78,7 @@ def tolerance_of(value: object) -> Tolerance:
     """
     if not isinstance(value, str):
         return Tolerance(open_interval(value, 0.0, 1.0, "tol"))
-    known = [*LEVELS, OWN_DEFAULTS]
-    if value not in known:
-        listed = ", ".join(map(repr, known))
-        raise ValueError(f"tol must be a number in (0, 1) or one of {listed}, got {value!r}{nearest(value, known)}")
+    if value not in _LEVEL_NAMES:
+        listed, meant = ", ".join(map(repr, _LEVEL_NAMES)), nearest(value, _LEVEL_NAMES)
+        raise ValueError(f"tol must be a number in (0, 1) or one of {listed}, got {value!r}{meant}")
     return Tolerance(LEVELS.get(value, DEFAULT_TOL), value)
