@@ -4,6 +4,9 @@ import subprocess
 import sys
 import textwrap
 
+PROMPTLY = 3.0
+"""Seconds in which Ctrl-C is answered at the latest: one, but for a busy machine."""
+
 PROGRAM = """
     import os, signal, threading, time
     import numpy as np

@@ -1,6 +1,7 @@
-"""A program that a signal interrupts at a moment of its work; it prints how late it came, and what still works then.
+"""A program that a signal interrupts at moments of its work; it prints how late each came, and what still works then.
 
-Arguments: what to do, seconds until the signal comes, and "uncaught" if a second one is to end the program.
+Arguments: what to do, the seconds until each signal comes, the first of which meets work whose libraries are not loaded
+yet, and "uncaught" if one more is to end the program.
 """
 
 import os
@@ -58,14 +59,14 @@ def work_until_interrupted(what, moment):
 
 
 if __name__ == "__main__":
-    what, moment = sys.argv[1], float(sys.argv[2])
-    try:
-        work_until_interrupted(what, moment)
-    except KeyboardInterrupt:
-        late = time.perf_counter() - sent[0]
-    print(
-        f"{late:.3f}", *(cq.solve(hexagon(), name).status.value for name in ("multigrid", "psor", "clarabel", "auto"))
-    )
+    what, *moments = (argument for argument in sys.argv[1:] if argument != "uncaught")
+    for moment in map(float, moments):
+        try:
+            work_until_interrupted(what, moment)
+        except KeyboardInterrupt:
+            late = time.perf_counter() - sent[0]
+        works = (cq.solve(hexagon(), name).status.value for name in ("multigrid", "psor", "clarabel", "auto"))
+        print(f"{late:.3f}", *works)
     if "uncaught" in sys.argv:
         print("", end="", flush=True)
         work_until_interrupted(what, 0.5)

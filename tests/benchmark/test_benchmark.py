@@ -243,7 +243,7 @@ def test_ctrl_c_tells_how_many_answers_are_kept(tmp_path, monkeypatch):
         except StopIteration:
             raise KeyboardInterrupt from None
 
-    monkeypatch.setattr(runner, "_reference", lambda *_: {})
+    monkeypatch.setattr(runner, "_reference", lambda *_: [])
     monkeypatch.setattr(runner, "_measured", measured)
     told = CliRunner().invoke(app, ["bench", "--backends", "psor,mprgp", "--out", str(tmp_path)])
     assert told.exit_code == 130

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from ctrl_c import PROMPTLY
 
 import contactqp as cq
 import contactqp_command
@@ -197,25 +198,48 @@ def test_a_command_that_nothing_interrupts_ends_as_it_would():
     assert error.value.code == 2
 
 
-def test_loading_is_no_work():
+class Clock:
+    """A clock whose seconds pass only where a test says so."""
+
+    now = 0.0
+
+    def perf_counter(self):
+        return self.now
+
+    def wait(self, seconds):
+        self.now += seconds
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """The clock by which loading is timed."""
+    made = Clock()
+    monkeypatch.setattr(loading, "time", made)
+    return made
+
+
+def test_loading_is_no_work(clock):
     started, loaded = loading.working_seconds(), loading.loading_seconds()
-    loading.once(object(), lambda: time.sleep(0.2), "a test")
-    assert loading.loading_seconds() - loaded >= 0.2
-    assert loading.working_seconds() - started < 0.1
+    loading.once(object(), lambda: clock.wait(3.0), "a test")
+    assert loading.loading_seconds() - loaded == 3.0
+    assert loading.working_seconds() == started
 
 
-def test_loading_that_was_left_behind_is_no_work_either():
-    over = threading.Event()
+def test_loading_that_was_left_behind_is_no_work_either(clock):
+    begun, over = threading.Event(), threading.Event()
 
-    def load():
-        loading.once(object(), over.wait, "a test")
+    def wait():
+        begun.set()
+        over.wait()
 
     started, loaded = loading.working_seconds(), loading.loading_seconds()
     with pytest.raises(OutOfTime):
-        run_interruptibly(load, seconds=0.2)
+        run_interruptibly(lambda: loading.once(object(), wait, "a test"), seconds=0.2)
+    assert begun.wait(10)
     assert loading.is_loading()
-    assert loading.loading_seconds() - loaded >= 0.1
-    assert loading.working_seconds() - started < 0.15
+    clock.wait(3.0)
+    assert loading.loading_seconds() - loaded == 3.0
+    assert loading.working_seconds() == started
     over.set()
     while loading.is_loading():
         time.sleep(0.01)
@@ -240,8 +264,9 @@ def environment(source=ROOT / "src"):
     return dict(os.environ, PYTHONPATH=str(source))
 
 
-def run(what, moment, *more, env):
-    command = [sys.executable, str(PROGRAM), what, f"{moment:.3f}", *more]
+def run(what, *moments, uncaught=False, env):
+    more = ["uncaught"] * uncaught
+    command = [sys.executable, str(PROGRAM), what, *(f"{moment:.3f}" for moment in moments), *more]
     return subprocess.run(command, env=env, capture_output=True, text=True, timeout=240, cwd=ROOT, check=False)
 
 
@@ -256,12 +281,14 @@ def uncompiled(folder, but):
     return {name: value for name, value in environment(folder).items() if name != "NUMBA_CACHE_DIR"}
 
 
-def check(result):
+def check(result, times):
     # OSQP prints a line of its own when it is interrupted.
-    (line,) = (line for line in result.stdout.splitlines() if line != "Solver interrupted")
-    late, *after = line.split()
-    assert float(late) < 1.0
-    assert after == ["certified"] * 4
+    lines = [line for line in result.stdout.splitlines() if line != "Solver interrupted"]
+    assert len(lines) == times
+    for line in lines:
+        late, *after = line.split()
+        assert float(late) < PROMPTLY
+        assert after == ["certified"] * 4
 
 
 @posix
@@ -269,10 +296,10 @@ def check(result):
 @pytest.mark.parametrize("what", WORKS)
 def test_work_interrupted_at_any_moment_can_be_done_again(what):
     chance = random.Random(what)
-    for _ in range(6):
-        result = run(what, chance.uniform(0.0, 1.5), env=environment())
+    for at_first in ((0.0, 0.5), (0.5, 1.5)):
+        result = run(what, chance.uniform(*at_first), *(chance.uniform(0.0, 0.7) for _ in range(3)), env=environment())
         assert (result.returncode, result.stderr) == (0, "")
-        check(result)
+        check(result, times=4)
 
 
 @posix
@@ -281,10 +308,9 @@ def test_work_interrupted_at_any_moment_can_be_done_again(what):
 def test_compiling_interrupted_at_any_moment_can_be_done_again(what, but, tmp_path):
     """Kernels that the work does not call are found compiled, where others have compiled them: they take longest."""
     chance = random.Random(what)
-    for k in range(2):
-        result = run(what, chance.uniform(0.0, 8.0), env=uncompiled(tmp_path / str(k), but))
-        assert (result.returncode, result.stderr) == (0, "")
-        check(result)
+    result = run(what, chance.uniform(0.0, 8.0), env=uncompiled(tmp_path / "copy", but))
+    assert (result.returncode, result.stderr) == (0, "")
+    check(result, times=1)
 
 
 @posix
@@ -292,13 +318,13 @@ def test_compiling_interrupted_at_any_moment_can_be_done_again(what, but, tmp_pa
 @pytest.mark.parametrize("what", ["osqp", "clarabel", "mangasarian"])
 def test_an_interrupt_that_nobody_catches_ends_the_program_in_good_order(what):
     chance = random.Random(what)
-    for _ in range(3):
-        result = run(what, chance.uniform(0.0, 1.0), "uncaught", env=environment())
+    for _ in range(2):
+        result = run(what, chance.uniform(0.0, 1.0), uncaught=True, env=environment())
         # 1 where the library's thread ran a string of code before the end: the interpreter forgets the signal then.
         assert result.returncode in (-signal.SIGINT, 1)
         assert result.stderr.endswith("KeyboardInterrupt\n")
         assert "panicked" not in result.stderr
-        check(result)
+        check(result, times=1)
 
 
 def test_the_entry_point_ends_as_the_commands_do():
@@ -338,10 +364,10 @@ def test_a_command_interrupted_while_it_starts_says_so_and_no_more(command):
 @posix
 @pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_interrupted_at_any_moment_ends_within_a_second(name, tmp_path):
+def test_a_command_interrupted_at_any_moment_ends_promptly(name, tmp_path):
     chance = random.Random(name)
     arguments = [argument.format(tmp_path) for argument in COMMANDS[name]]
-    for _ in range(6):
+    for _ in range(4):
         process = subprocess.Popen(
             [sys.executable, "-c", STARTED, *arguments],
             env=environment(),
@@ -356,7 +382,7 @@ def test_a_command_interrupted_at_any_moment_ends_within_a_second(name, tmp_path
         sent = time.monotonic()
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=60)
-        assert time.monotonic() - sent < 2.0
+        assert time.monotonic() - sent < PROMPTLY
         if process.returncode != 0:  # else it was done before the signal came
             assert process.returncode == INTERRUPTED
             assert "Traceback" not in errors

@@ -32,9 +32,12 @@ def found():
 
 
 @pytest.fixture(scope="module")
-def printed_and_folder(tmp_path_factory):
+def printed_and_folder(tmp_path_factory, found):
+    """What the command makes of the ten loads, which it asks for by no argument."""
     folder = tmp_path_factory.mktemp("out") / "new"
-    result = run("--out", folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("contactqp.paper.reproduction.reproduce", lambda: found)
+        result = run("--out", folder)
     assert result.exit_code == 0, result.output
     return result.output, folder
 
@@ -276,6 +279,7 @@ def test_exit_code_1_where_something_is_not_verified(tmp_path, monkeypatch, foun
         "contactqp.paper.reproduction.reproduce",
         lambda: replace(found, comparisons=found.comparisons[::-1]),
     )
+    monkeypatch.setattr("contactqp.paper.folder.write_folder", lambda *_: ())
     result = run("--out", tmp_path)
     assert result.exit_code == 1
     assert "NOT identical" in result.output

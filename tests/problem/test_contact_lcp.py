@@ -5,7 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
-from rational import adversarial_answer, assert_certificate_holds, exact_solution
+from rational import adversarial_answer, assert_certificate_holds, exact_solution, shares
 from scipy import sparse
 
 import contactqp as cq
@@ -52,7 +52,7 @@ def adversarial(rng, matrix):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("share", range(10))
+@pytest.mark.parametrize("share", shares(10))
 def test_no_claim_is_violated_in_rational_arithmetic(share):
     certified = cases = 0
     for case in range(share, 3000, 10):

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from rational import _with_held_nodes, adversarial_answer, assert_certificate_holds, exact_matrix
+from rational import _with_held_nodes, adversarial_answer, assert_certificate_holds, exact_matrix, shares
 from scipy import sparse
 
 import contactqp as cq
@@ -74,7 +74,7 @@ def posed(rng, matrix, kernel, two_sided=None):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("share", range(10))
+@pytest.mark.parametrize("share", shares(10))
 def test_no_claim_is_violated_in_rational_arithmetic(share):
     proven = cases = 0
     kinds = set()

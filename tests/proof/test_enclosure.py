@@ -12,6 +12,7 @@ from rational import (
     assert_certificate_holds,
     exact_matrix,
     exact_solution,
+    shares,
 )
 from strategies import BACKENDS, enumerate_solution, problems
 
@@ -28,7 +29,7 @@ CHAIN = cq.ContactQP([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]], [-
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("share", range(SHARE))
+@pytest.mark.parametrize("share", shares(SHARE))
 def test_no_claim_is_violated_in_rational_arithmetic(share):
     for case in range(share, ADVERSARIAL_CASES, SHARE):
         rng = np.random.default_rng([2026, case])

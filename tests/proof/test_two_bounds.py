@@ -11,6 +11,7 @@ from rational import (
     exact_solution,
     lattice_stencil,
     m_matrix,
+    shares,
 )
 from strategies import BACKENDS, bounds, enumerate_solution, lattice_masks, m_matrices
 
@@ -23,7 +24,7 @@ TWO_SIDED = tuple(name for name in BACKENDS if name != "mangasarian")
 
 @pytest.mark.slow
 @pytest.mark.parametrize("compiled", [False, True])
-@pytest.mark.parametrize("share", range(10))
+@pytest.mark.parametrize("share", shares(10))
 def test_no_claim_is_violated_in_rational_arithmetic(share, compiled, monkeypatch):
     monkeypatch.setattr("contactqp.proof.lattice_measures._WORTH_COMPILED_PASSES", 0 if compiled else 10**9)
     seen = 0

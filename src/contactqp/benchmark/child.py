@@ -19,7 +19,7 @@ from ..errors import MissingBackendError, UnsuitableProblemError
 from ..foundation.files import replaced_as_a_whole
 from ..foundation.rounding import quotient_above, quotient_below
 from ..gallery.families import FAMILIES
-from .record import REFERENCE, Ask, Record
+from .record import REFERENCE, Ask, Listed, Record
 
 if TYPE_CHECKING:
     from ..backends.base import Backend
@@ -39,13 +39,16 @@ def main(ask_file: str, answer_file: str) -> None:
     sys.path[:0] = told["path"]
     ask, truth = Ask(**told["ask"]), Path(told["truth"])
     _limit_memory(ask.memory)
-    answer = reference(ask, truth) if ask.backend == REFERENCE else answered(ask, truth)
+    answer = reference(ask, truth, told["listed"]) if ask.backend == REFERENCE else answered(ask, truth)
     with replaced_as_a_whole(Path(answer_file)) as unfinished:
         unfinished.write_text(json.dumps(answer), encoding="utf-8")
 
 
-def reference(ask: Ask, truth: Path) -> dict[str, Any]:
-    """Enclose the solution of a problem, write the enclosure, and return who may be asked about the problem."""
+def reference(ask: Ask, truth: Path, listed: Listed) -> dict[str, Any]:
+    """Enclose the solution of a problem, write the enclosure, and return who may be asked about the problem.
+
+    Who may be asked is found out by loading libraries, "all" of which take seconds: only what is wanted is listed.
+    """
     from ..backends import all_backends, usual_backends
     from ..models.base import split
     from ..solving.solve import solve
@@ -57,16 +60,8 @@ def reference(ask: Ask, truth: Path) -> dict[str, Any]:
     if certificate is not None and np.isfinite(certificate.gap_bound):
         with replaced_as_a_whole(truth) as unfinished, unfinished.open("wb") as file:
             np.savez(file, lower=certificate.lower, upper=certificate.upper)
-    named, left_out = usual_backends(problem)
-    every, impossible = all_backends(problem)
-    return {
-        "size": problem.size,
-        "bound": solution.relative_bound,
-        "usual": named,
-        "left_out": left_out,
-        "all": every,
-        "impossible": impossible,
-    }
+    lists = {"none": lambda _: ([], {}), "usual": usual_backends, "all": all_backends}
+    return {"listed": lists[listed](problem)[0]}
 
 
 def answered(ask: Ask, truth: Path) -> dict[str, Any]:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 REFERENCE = "reference"
 """The name under which the truth of a problem is found out."""
+
+Listed = Literal["none", "usual", "all"]
+"""Which backends are listed beside the truth of a problem, for who has named none."""
 
 
 @dataclass(frozen=True)

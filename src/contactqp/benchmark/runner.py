@@ -20,7 +20,7 @@ from ..foundation.text import counted
 from ..gallery.families import FAMILIES
 from ..solving.tolerances import tolerance_of
 from .about import measured_with
-from .record import REFERENCE, Ask, Record
+from .record import REFERENCE, Ask, Listed, Record
 from .results import Results
 from .suites import Suite, suite_of
 
@@ -92,16 +92,16 @@ def run(
 def _measure(results: Results, chosen: Suite, backends: Sequence[str | Backend] | Literal["all"] | None) -> None:
     """Add what is still missing of a suite to results."""
     done = {record.key for record in results.records}
+    named = None if backends is None or isinstance(backends, str) else backends
     with Progress(f"benchmark {chosen.name}") as progress, tempfile.TemporaryDirectory() as scratch:
         for family, number in _problems(chosen):
-            truth = Path(scratch, f"{family}-{number}.npz")
-            about: dict[str, Any] | None = None
-            if backends is None or backends == "all" or _open(chosen, family, number, backends, done):
-                progress.update(f"{family} {number}: the truth")
-                about = _reference(chosen, family, number, truth, Path(scratch))
-            if about is None:
+            if named is not None and not _open(chosen, family, number, named, done):
                 continue
-            for ask in _asks(chosen, family, number, backends, about):
+            progress.update(f"{family} {number}: the truth")
+            truth = Path(scratch, f"{family}-{number}.npz")
+            wanted: Listed = "none" if named is not None else "usual" if backends is None else "all"
+            listed = _reference(chosen, family, number, truth, Path(scratch), wanted)
+            for ask in _asks(chosen, family, number, listed if named is None else named):
                 if ask.key not in done:
                     progress.update(f"{ask.problem}: {ask.backend}, {ask.level}")
                     results.add(_measured(ask, truth, Path(scratch)))
@@ -144,33 +144,22 @@ def _named(backend: str | Backend) -> tuple[str, bool]:
     return f"{type(backend).__module__}:{type(backend).__qualname__}", True
 
 
-def _asks(
-    suite: Suite,
-    family: str,
-    number: int,
-    backends: Sequence[str | Backend] | Literal["all"] | None,
-    about: dict[str, Any],
-) -> Iterator[Ask]:
+def _asks(suite: Suite, family: str, number: int, backends: Sequence[str | Backend]) -> Iterator[Ask]:
     """Yield what is to be asked about a problem."""
-    named: Sequence[str | Backend]
-    if backends is None:
-        named = about["usual"]
-    elif isinstance(backends, str):
-        named = about["all"]
-    else:
-        named = backends
-    for backend in named:
+    for backend in backends:
         name, imported = _named(backend)
         for level in suite.levels:
             yield Ask(family, number, name, level, suite.time_limit, suite.memory, suite.repeats, imported)
 
 
-def _reference(suite: Suite, family: str, number: int, truth: Path, scratch: Path) -> dict[str, Any]:
+def _reference(suite: Suite, family: str, number: int, truth: Path, scratch: Path, wanted: Listed) -> list[str]:
+    """Have the truth of a problem found out; return the backends that may be asked about it, as far as wanted."""
     ask = Ask(family, number, REFERENCE, "high", suite.time_limit, suite.memory)
-    answer = _in_process(ask, truth, scratch, seconds=10 * _GRACE)
-    if "usual" not in answer:
+    answer = _in_process(ask, truth, scratch, seconds=10 * _GRACE, listed=wanted)
+    if "listed" not in answer:
         raise RuntimeError(f"the problem {ask.problem} cannot be made: {answer['message']}")
-    return answer
+    listed: list[str] = answer["listed"]
+    return listed
 
 
 def _measured(ask: Ask, truth: Path, scratch: Path) -> Record:
@@ -178,11 +167,11 @@ def _measured(ask: Ask, truth: Path, scratch: Path) -> Record:
     return Record.from_dict(_in_process(ask, truth, scratch, seconds=seconds))
 
 
-def _in_process(ask: Ask, truth: Path, scratch: Path, seconds: float) -> dict[str, Any]:
+def _in_process(ask: Ask, truth: Path, scratch: Path, seconds: float, listed: Listed = "none") -> dict[str, Any]:
     """Return what a process of its own makes of an ask."""
     asked, answer = scratch / "ask.json", scratch / "answer.json"
     answer.unlink(missing_ok=True)
-    told = {"ask": asdict(ask), "truth": str(truth), "path": [entry for entry in sys.path if entry]}
+    told = {"ask": asdict(ask), "truth": str(truth), "path": [entry for entry in sys.path if entry], "listed": listed}
     asked.write_text(json.dumps(told), encoding="utf-8")
     command = [sys.executable, "-m", f"{__package__}.child", str(asked), str(answer)]
     started = time.perf_counter()
