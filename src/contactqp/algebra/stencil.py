@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,12 +126,14 @@ class Stencil(LatticeStiffness):
         return Stencil._of(self.numbering, self.horizontal, self.vertical, ground)
 
     @classmethod
-    def on(cls, numbering: Numbering, horizontal: float, vertical: float) -> Stencil:
-        """Return the stencil of nodes that are numbered already, whose arms are equal in each direction, > 0."""
-        return cls._of(numbering, *(np.asarray(arms, dtype=np.float64) for arms in (horizontal, vertical, 0.0)))
+    def on(
+        cls, numbering: Numbering, horizontal: float | _Grid, vertical: float | _Grid, ground: float | _Grid = 0.0
+    ) -> Self:
+        """Return the stencil of nodes that are numbered already; their arms are not checked, but for extremes."""
+        return cls._of(numbering, *(np.asarray(arms, dtype=np.float64) for arms in (horizontal, vertical, ground)))
 
     @classmethod
-    def _of(cls, numbering: Numbering, horizontal: _Grid, vertical: _Grid, ground: _Grid) -> Stencil:
+    def _of(cls, numbering: Numbering, horizontal: _Grid, vertical: _Grid, ground: _Grid) -> Self:
         """Return the stencil of nodes that are numbered already, with arms that reach the frame."""
         stencil = cls.__new__(cls)
         stencil.numbering = numbering

@@ -84,7 +84,7 @@ def on_arms(lattice: Lattice, field: Any, name: str, along: str, rows: Rows = "u
     else:
         grid = _with_ring(lattice, field, name, rows, used, axis)
         nodes = lattice.gather(grid[1:-1, 1:-1])
-        arms = np.where(used, _harmonic(*_ends(grid, axis)), 0.0)
+        arms = np.where(used, harmonic_mean(*_ends(grid, axis)), 0.0)
     chosen = arms[used]
     arms[~used] = chosen.mean()
     return ArmField(_one_if_equal(arms, chosen), _one_if_equal(nodes, nodes))
@@ -141,7 +141,7 @@ def _joined(lattice: Lattice, axis: int) -> Mask:
     return np.asarray(np.logical_or(*_ends(np.pad(lattice.mask, 1), axis)))
 
 
-def _harmonic(first: Grid, second: Grid) -> Grid:
+def harmonic_mean(first: Grid, second: Grid) -> Grid:
     """Return the harmonic mean of two numbers, of a number and nan the number; either way round the same."""
     first, second = np.where(np.isnan(first), second, first), np.where(np.isnan(second), first, second)
     less, more = np.minimum(first, second), np.maximum(first, second)

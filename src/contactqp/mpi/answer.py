@@ -22,11 +22,10 @@ from ..models.suspicions import steep
 from ..problem.barrier import Barrier
 from ..proof.certificate import Certificate
 from ..proof.energy import Nodes, admissible_state, bracket_at, inner_between
-from ..proof.lattice_measures import LatticeMeasures
 from ..proof.residuals import Residuals
 from ..proof.status import DISCRETE, Status
 from .membrane import MembraneByRows
-from .posed import PosedByRows
+from .posed import MeasuresOfRows, PosedByRows
 from .store import write_store
 
 
@@ -77,7 +76,7 @@ class AnswerByRows:
         ``certified`` if the error is proven to be within ``tol``.
     termination : str
         Why the iteration ended.
-    measures : LatticeMeasures
+    measures : LatticeMeasures or MeasuresByRows
     certificate : Certificate
         Of the process's rows, and two rows of each neighbour; its ``gap_bound`` is that of the whole answer.
     iterations : int
@@ -94,7 +93,7 @@ class AnswerByRows:
     tol: float
     status: Status
     termination: str
-    measures: LatticeMeasures
+    measures: MeasuresOfRows
     certificate: Certificate
     iterations: int
     setup_seconds: float
@@ -237,11 +236,13 @@ class AnswerByRows:
         reaction = self._reaction
         _, at_ceiling = problem.bounds.contact(self.measures.gap, reaction / problem.stiffness.diagonal())
         pushed = posed.total(np.where(at_ceiling, -reaction, 0.0))
+        foundation = posed.total(posed.springs * self._below) if self.membrane.has("foundation") else 0.0
         return ForceBalance(
             load=posed.total(posed.load),
             reaction=posed.total(reaction) + pushed,
-            frame=posed.total(self._pull),
+            frame=posed.total(self._pull) - foundation,
             ceiling=pushed,
+            foundation=foundation,
         )
 
     @cached_property
@@ -249,7 +250,7 @@ class AnswerByRows:
         """Largest slope of the deflection along an arm (no unit); the theory assumes small ones."""
         posed = self.posed
         numbering, rows = posed.stencil.numbering, slice(posed.part.first - 1, posed.part.last + 1)
-        heights = numbering.to_grid(self._below, ring=1, fill=self.membrane.frame_depth)[rows]
+        heights = posed.heights(self._below)[rows]
         nodes = numbering.to_grid(np.ones(self._below.size, dtype=np.bool_), ring=1, fill=False)[rows]
         steepest = 0.0
         for own, there in ((heights, nodes), (heights[1:-1].T, nodes[1:-1].T)):
@@ -269,8 +270,7 @@ class AnswerByRows:
     @cached_property
     def _pull(self) -> Vector:
         """Force with which the arms pull each node upwards (force); of outer rows that others own it is not right."""
-        stencil, datum = self.posed.stencil, self.membrane.frame_depth
-        return stencil.pull(stencil.numbering.to_grid(self._below, ring=1, fill=datum))
+        return self.posed.stencil.pull(self.posed.heights(self._below))
 
     def to_zarr(self, path: str | Path, facts: Mapping[str, Any] | None = None) -> Path:
         """Write all fields into one Zarr store; every process writes its rows. All must call it.

@@ -2,42 +2,81 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
+from typing import TypeAlias
 
 import numpy as np
 
 from ..algebra.stencil import Stencil
+from ..algebra.stiffness import LatticeStiffness
 from ..foundation.checks import Mask, Vector
+from ..foundation.threads import Team
 from ..geometry.numbering import Grid, Layout, Numbering
-from ..geometry.runs import SUPPORTED
-from ..methods.multigrid.arms import Arms
+from ..geometry.runs import FREE, SUPPORTED
+from ..methods.multigrid.arms import Arms, joined_to_nodes
 from ..methods.multigrid.contact import NO_LIMITS, Limits
 from ..methods.multigrid.strips import LEAST_ROWS, Strip, divided
 from ..models.base import length_scale
-from ..problem.barrier import Ends, Parabola, ends_of_lines, parabolas
+from ..problem.barrier import Ends, ends_of_lines, parabolas
 from ..problem.contact_problem import ContactProblem
 from ..problem.contact_qp import ContactQP
+from ..proof.lattice_measures import LatticeMeasures
+from .barriers import BarrierOfRows, PartOfBarrier, PartOfParabola, found_barrier
+from .measures import MeasuresByRows
 from .membrane import MembraneByRows
 from .ranks import Ranks
 
+MeasuresOfRows: TypeAlias = LatticeMeasures | MeasuresByRows
 
-class _PartOfParabola(Parabola):
-    """A parabola on a process's rows."""
 
-    def __init__(self, whole: Parabola, part: Strip, layout: Layout) -> None:
-        rows = np.ascontiguousarray(whole.rows[part.offset : part.offset + part.height])
-        super().__init__(rows, whole.columns, whole.least_s, whole.kind, layout)
-        self._part, self._own_layout = part, layout
+class _PartOfStencil(Stencil):
+    """A stencil that is part of a larger one.
 
-    @cached_property
-    def largest_v(self) -> float:
-        """Largest v of all processes' nodes."""
-        part, layout = self._part, self._own_layout
-        runs = layout.runs[layout.row_start[part.first] : layout.row_start[part.last]]
-        nearest = np.clip(int(self.columns.argmax()), runs[:, 1], runs[:, 2] - 1)
-        own = self.rows[runs[:, 0]] + self.columns[nearest]
-        return max(part.everyones([float(own.max(initial=0.0))]))
+    Attributes
+    ----------
+    largest_of_all : float or None
+        The largest diagonal entry of all processes' nodes, once it is known.
+    """
+
+    largest_of_all: float | None = None
+
+    @property
+    def largest_diagonal(self) -> float:
+        """See `Stencil`: that of all processes' nodes."""
+        return super().largest_diagonal if self.largest_of_all is None else self.largest_of_all
+
+
+@dataclass
+class _Read:
+    """What a process has read of the membrane, on the array of its rows with a ring about it.
+
+    Attributes
+    ----------
+    nodes : array of bool
+    load : array, shape (n,)
+        Force on each node.
+    depth : array
+        Of the support.
+    above : array or None
+        Depths of the ceiling.
+    across, along : float or array
+        Stiffness of the arms between points of the array's inner rows, along rows and along columns.
+    ground : float or array
+        Stiffness of the foundation at these.
+    frame : float or array
+        Depths of the frame where it holds arms, nan elsewhere.
+    """
+
+    nodes: Mask
+    load: Vector
+    depth: Grid
+    above: Grid | None
+    across: float | Grid
+    along: float | Grid
+    ground: float | Grid
+    frame: float | Grid
 
 
 class PosedByRows:
@@ -53,6 +92,8 @@ class PosedByRows:
     ranks : Ranks
     least : int
         See `contactqp.methods.multigrid.strips.LEAST_ROWS`.
+    threads : int
+        Threads of each process.
 
     Attributes
     ----------
@@ -62,7 +103,7 @@ class PosedByRows:
         As posed on these rows, not scaled.
     units : Units
         Those of the dimensionless problem.
-    barrier : Parabola
+    barrier : PartOfParabola or PartOfBarrier
         On these rows.
     lattice : Arms
     stencil : Stencil
@@ -71,34 +112,38 @@ class PosedByRows:
         Depths that the gap is measured from (length).
     load : array, shape (n,)
         P on each node (force).
+    datum, relief : float
+        Mean depth of the frame, and how far it leaves that at most (length).
 
     Raises
     ------
     ValueError
-        If a process would have no node, or the lattice too few rows.
+        If a process would have no node, or the lattice too few rows; or if the tension varies too much for a proof.
     """
 
-    def __init__(self, membrane: MembraneByRows, ranks: Ranks, least: int = LEAST_ROWS) -> None:
-        self.membrane, self.ranks = membrane, ranks
+    def __init__(self, membrane: MembraneByRows, ranks: Ranks, least: int = LEAST_ROWS, threads: int = 1) -> None:
+        self.membrane, self.ranks, self._threads = membrane, ranks, threads
         self.top, self.left, shape = self._box()
-        edges = divided(shape, membrane.tension, ranks.size, least)
-        self.part = Strip(ranks, tuple(edges), least)
+        self.part = Strip(ranks, tuple(divided(shape[0], ranks.size, least)), least)
         self.columns = slice(self.left, self.left + shape[1])
-        nodes, depth, above = ranks.agreed(self._read)
+        read = ranks.agreed(self._read)
+        nodes, depth, above = read.nodes, read.depth, read.above
         numbering = Numbering(np.ascontiguousarray(nodes[1:-1, 1:-1]), whole=True)
         lone = [rank for rank, count in enumerate(ranks.everyones([self._count(numbering.mask)])) if not count]
         if lone:
             raise ValueError(f"process {lone[0]} of {ranks.size} has no node in its rows; start fewer processes")
-        stencil = Stencil.on(numbering, *membrane.tension)
         self._rows_of_nodes = np.concatenate([[0], np.cumsum(np.count_nonzero(numbering.mask, axis=1))])
-        datum = membrane.frame_depth
+        self.load = read.load
+        self.stencil = stencil = self._stencil(numbering, read)
+        self.datum, self.relief, self._frame = self._frame_depths(read.frame)
+        datum = self.datum
         supported = numbering.to_vector(np.isfinite(depth), ring=1)
-        self.barrier = self._barrier(numbering.layout, shape, self._ends(nodes[1:-1, 1:-1], shape))
+        self.barrier: BarrierOfRows = self._barrier(shape, self._ends(nodes[1:-1, 1:-1], shape))
         ceiling = None if above is None else numbering.to_vector(above, ring=1)
         scale = self._scale(numbering.to_vector(depth, ring=1), ceiling)
-        depth[~(nodes & np.isfinite(depth))] = datum
+        depth[~np.isfinite(depth)] = datum
+        np.copyto(depth, self._frame, where=~nodes)
         self.reference = numbering.to_vector(depth, ring=1)
-        self.stencil = stencil
         self.problem: ContactProblem = ContactQP(
             stencil,
             self.load - stencil.pull(depth),
@@ -106,9 +151,10 @@ class PosedByRows:
             upper=np.inf if ceiling is None else np.where(np.isfinite(ceiling), self.reference - ceiling, np.inf),
             gap_scale=scale,
             reference=self.reference - datum if datum else self.reference,
+            frame_reference=np.asarray(self._frame - datum) if self.relief else None,
         )
         scaled, self.units = self.problem.scaled()
-        self.lattice = self._arms(scaled)
+        self.lattice = self._lattice(scaled)
 
     def _box(self) -> tuple[int, int, tuple[int, int]]:
         """Return first row and column of the smallest rectangle that holds all nodes, and its rows and columns."""
@@ -126,8 +172,8 @@ class PosedByRows:
             raise ValueError(f"mask of shape {self.membrane.shape} holds no node")
         return top, left, (bottom - top + 1, right - left + 1)
 
-    def _read(self) -> tuple[Mask, Grid, Grid | None]:
-        """Return nodes, depths and ceiling on the array of the rows with a ring about it, and keep the load."""
+    def _read(self) -> _Read:
+        """Return what the membrane is on the array of the rows, with a ring about it."""
         part, membrane = self.part, self.membrane
         first, last = max(1, part.offset), min(part.count + 1, part.offset + part.height)
         rows = self.top + first - 1, self.top + last - 1
@@ -142,16 +188,62 @@ class PosedByRows:
             grid[inner] = membrane.rows_of(name, *rows, there)[:, self.columns]
             return grid
 
-        self.load = (membrane.node_area * laid_out("load"))[1:-1, 1:-1][nodes[1:-1, 1:-1]]
         depth = laid_out("support")
-        above = laid_out("ceiling") if membrane.has_ceiling else None
+        above = laid_out("ceiling") if membrane.has("ceiling") else None
         if above is not None and (crossing := (above > depth) & nodes).any():
             row, column = np.argwhere(crossing)[0]
             raise ValueError(
                 f"ceiling must not lie below the support, but at depth {depth[row, column]:g} of the support it is "
                 f"at depth {above[row, column]:g}"
             )
-        return nodes, depth, above
+        window = self.top + part.offset - 1, self.left - 1, nodes
+        return _Read(
+            nodes,
+            membrane.node_area * laid_out("load")[1:-1, 1:-1][nodes[1:-1, 1:-1]],
+            depth,
+            above,
+            membrane.arms("x", *window),
+            membrane.arms("y", *window),
+            membrane.node_area * laid_out("foundation")[1:-1, 1:-1] if membrane.has("foundation") else 0.0,
+            membrane.frame_depths(*window),
+        )
+
+    def _stencil(self, numbering: Numbering, read: _Read) -> Stencil:
+        """Return the stiffness of the process's nodes."""
+        across, along = (self._one_if_equal(arms) for arms in (read.across, read.along))
+        stencil = _PartOfStencil.on(numbering, across, along, read.ground)
+        stencil.grounded = self.membrane.has("foundation")  # though no arm may end on the ground in these rows
+        own = float(stencil.diagonal()[self.own].max())
+        stencil.largest_of_all = max(self.part.everyones([own]))
+        return stencil
+
+    def _one_if_equal(self, arms: float | Grid) -> float | Grid:
+        """Return the number that all arms of all processes have, if they do."""
+        if isinstance(arms, float):
+            return arms
+        used = arms > 0
+        found = self.part.everyones([(float(arms.min(where=used, initial=np.inf)), float(arms.max()))])
+        least, most = min(least for least, _ in found), max(most for _, most in found)
+        return most if least == most else arms
+
+    def _frame_depths(self, frame: float | Grid) -> tuple[float, float, float | Grid]:
+        """Return the mean depth of the frame where it holds arms, how far it leaves that at most, and all depths."""
+        if isinstance(frame, float):
+            return frame, 0.0, frame
+        part, found = self.part, []
+        for low, high in part.blocks:
+            # The ring's rows are counted with those beside them.
+            first = low - (low + part.offset == 1)
+            last = high + (high + part.offset == part.count + 1)
+            depths = frame[first:last][~np.isnan(frame[first:last])]
+            ends = (float(depths.min(initial=np.inf)), float(depths.max(initial=-np.inf)))
+            found.append((float(depths.sum()), float(depths.size), *ends))
+        sums, counts, least, most = zip(*part.everyones(found), strict=True)
+        lowest, highest = min(least), max(most)
+        if lowest == highest:
+            return lowest, 0.0, lowest
+        mean = float(sum(sums)) / float(sum(counts))
+        return mean, max(highest - mean, mean - lowest), np.where(np.isnan(frame), mean, frame)
 
     def _count(self, mask: Mask) -> int:
         return int(np.count_nonzero(mask[self.part.first - 1 : self.part.last - 1]))
@@ -175,17 +267,29 @@ class PosedByRows:
         every = Ends(*(np.concatenate(parts) for parts in zip(*(rows for rows, _ in found), strict=True)))
         return every, Ends(lines, first[lines], last[lines])
 
-    def _barrier(self, layout: Layout, shape: tuple[int, int], ends: tuple[Ends, Ends]) -> Parabola:
-        """Return the parabola of the least reach, as `contactqp.problem.barrier.find_barrier` does."""
-        found = parabolas(shape, self.membrane.tension, (True, True), ends, layout)
-        candidates = [_PartOfParabola(whole, self.part, layout) for whole in found if 0 < whole.least_s < np.inf]
-        return min(candidates, key=lambda candidate: candidate.reach)
+    def _barrier(self, shape: tuple[int, int], ends: tuple[Ends, Ends]) -> BarrierOfRows:
+        """Return what `contactqp.problem.barrier.find_barrier` finds, where all arms are equal a parabola."""
+        stencil, layout = self.stencil, self.stencil.layout
+        arms = tuple(float(arms) if arms.ndim == 0 else 1.0 for arms in (stencil.horizontal, stencil.vertical))
+        found = parabolas(shape, (arms[0], arms[1]), (True, True), ends, layout)
+        own = [PartOfParabola(whole, self.part, layout) for whole in found if 0 < whole.least_s < np.inf]
+        if self._plain:
+            return min(own, key=lambda candidate: candidate.reach)
+        free = self._arms(stencil, layout.with_kind(FREE))
+        with Team(self._threads) as team:
+            return found_barrier(stencil, free, self.own, own, team)
+
+    @property
+    def _plain(self) -> bool:
+        """Whether all arms are equal in each direction, and there is no foundation."""
+        return self.stencil.even and not self.membrane.has("foundation")
 
     def _scale(self, depth: Vector, ceiling: Vector | None) -> float | None:
         """Return the length that tolerances are measured by, see `contactqp.models.base.length_scale`."""
-        v, count, datum = self.barrier.v, self.total(np.ones(self.load.size)), self.membrane.frame_depth
-        # As `Barrier.mean_deflection`, for a load and for suction.
-        pushes = (np.maximum(sign * self.load, 0.0) / self.barrier.least_s for sign in (1.0, -1.0))
+        v, count, datum = self.barrier.v, self.total(np.ones(self.load.size)), self.datum
+        # As `Barrier.mean_deflection`, for a load and for suction, at the frame's mean height.
+        load = self.load - self.springs * datum if self.membrane.has("foundation") else self.load
+        pushes = (np.maximum(sign * load, 0.0) / self.barrier.least_s for sign in (1.0, -1.0))
         mean, suction = (self.total(push * v) / count for push in pushes)
         there = None if ceiling is None else any(self.part.everyones([bool(np.isfinite(ceiling).any())]))
         above = datum - ceiling if ceiling is not None and there else None
@@ -193,16 +297,33 @@ class PosedByRows:
         def average(values: Vector) -> float:
             return self.total(values) / count
 
-        return length_scale(mean, suction, v, depth - datum, above, 0.0, average, self.least)
+        return length_scale(mean, suction, v, depth - datum, above, self.relief, average, self.least)
 
-    def _arms(self, scaled: ContactProblem) -> Arms:
+    @property
+    def springs(self) -> Vector:
+        """Stiffness of the foundation at each node (force per length)."""
+        stencil = self.stencil
+        return stencil.numbering.to_vector(np.broadcast_to(stencil.ground, stencil.mask.shape))
+
+    def _lattice(self, scaled: ContactProblem) -> Arms:
         stencil, layout = scaled.stencil, scaled.layout
         assert stencil is not None
         kinds = layout.kinds
         if not all(self.part.everyones([kinds is None])):
             kinds = np.full(layout.mask.shape, SUPPORTED, dtype=np.uint8) if kinds is None else kinds
-        laid_out = Layout(layout.mask, kinds)
-        return Arms(laid_out, float(stencil.horizontal), float(stencil.vertical), part=self.part)
+        return self._arms(stencil, Layout(layout.mask, kinds))
+
+    def _arms(self, stencil: LatticeStiffness, layout: Layout) -> Arms:
+        """Return the arms of a stencil of this process's nodes, which are laid out so."""
+        if self._plain:
+            return Arms(layout, float(stencil.horizontal), float(stencil.vertical), part=self.part)
+        rows, columns = layout.mask.shape
+        ground = np.array(np.broadcast_to(stencil.ground, layout.mask.shape))
+        if stencil.even:
+            return Arms(layout, float(stencil.horizontal), float(stencil.vertical), ground, part=self.part)
+        across = np.broadcast_to(stencil.horizontal, (rows, columns + 1))
+        along = np.broadcast_to(stencil.vertical, (rows + 1, columns))
+        return Arms(layout, *joined_to_nodes(layout, across, along), ground, part=self.part)
 
     def start(self) -> tuple[Grid, Grid, Limits]:
         """Return q, the reference and the bounds of the dimensionless problem on the lattice's grid."""
@@ -211,10 +332,21 @@ class PosedByRows:
         if not all(self.part.everyones([self.problem.bounds.standard])):
             lower, upper = (np.ascontiguousarray(bound) for bound in (scaled.lower, scaled.upper))
             limits = layout.grid(lower), layout.grid(upper)
-        reference = np.broadcast_to(np.asarray(scaled.reference, dtype=np.float64), (scaled.size,))
-        grid = layout.grid(np.ascontiguousarray(reference))
+        grid = scaled.reference_grid()
         self.part.share(grid)
         return layout.grid(scaled.q), grid, limits
+
+    def measures(self, gap: Vector, threads: int) -> MeasuresOfRows:
+        """Return what all processes together measure of a gap (length), of which each holds its rows."""
+        if isinstance(self.barrier, PartOfBarrier):
+            places = [self.nodes_of(*block) for block in self.part.blocks]
+            return MeasuresByRows(self.problem, self.barrier, gap, self.part, places)
+        return LatticeMeasures(self.problem, self.barrier, gap, self.part, threads=threads)
+
+    def heights(self, below: Vector) -> Grid:
+        """Lay depths of the nodes out on the array of the rows, with the frame's where it holds arms."""
+        grid = self.stencil.numbering.to_grid(below, ring=1)
+        return np.where(np.pad(self.stencil.mask, 1), grid, self._frame)
 
     def nodes_of(self, first: int, last: int) -> slice:
         """Return the numbers of the nodes in the rows [first, last) of the arrays."""
@@ -229,6 +361,9 @@ class PosedByRows:
             data = sha256(self.lattice.layout.mask[block[0] - 1 : block[1] - 1].tobytes())
             for values in (problem.q, problem.lower, problem.upper):
                 data.update(np.ascontiguousarray(values[at]).tobytes())
+            for arms in (self.stencil.horizontal, self.stencil.vertical, self.stencil.ground):
+                rows = slice(block[0] - 1, block[1] - 1)
+                data.update(np.ascontiguousarray(arms if arms.ndim == 0 else arms[rows]).tobytes())
             found.append(data.hexdigest())
         told = f"{self.membrane!r} {self.membrane.origin}", *self.part.everyones(found)
         return sha256("".join(told).encode()).hexdigest()

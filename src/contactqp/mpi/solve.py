@@ -11,17 +11,16 @@ import numpy as np
 from ..backends.base import Stop
 from ..backends.multigrid import MAX_CYCLES, CycleLog
 from ..foundation.checks import Vector, integer_at_least
-from ..foundation.text import counted, shortened
+from ..foundation.text import counted
 from ..foundation.threads import Team
 from ..methods.multigrid.nested import nested_start
 from ..methods.multigrid.strips import LEAST_ROWS
 from ..methods.multigrid.weighted_hierarchy import load_kernels
-from ..proof.lattice_measures import LatticeMeasures
 from ..proof.status import Status
 from ..solving.request import Request
 from .answer import AnswerByRows
-from .membrane import MembraneByRows
-from .posed import PosedByRows
+from .membrane import MembraneByRows, require_rows
+from .posed import MeasuresOfRows, PosedByRows
 from .ranks import Ranks
 
 if TYPE_CHECKING:
@@ -82,15 +81,11 @@ def solve(
     >>> answer.status.value, answer.gap.shape
     ('certified', (63, 63))
     """
-    if not isinstance(membrane, MembraneByRows):
-        raise TypeError(
-            f"membrane must be a contactqp.mpi.MembraneByRows, whose rows are read where they are needed, got "
-            f"{shortened(membrane)}; what one process holds is solved by contactqp.solve"
-        )
+    require_rows(membrane)
     request = Request.of(tol, max_iter, time_limit)
     threads, least_rows = integer_at_least(threads, 1, "threads"), integer_at_least(least_rows, 1, "least_rows")
     started = time.perf_counter()
-    return solve_posed(PosedByRows(membrane, Ranks(comm), least_rows), request, threads, started)
+    return solve_posed(PosedByRows(membrane, Ranks(comm), least_rows, threads), request, threads, started)
 
 
 def solve_posed(posed: PosedByRows, request: Request, threads: int, started: float) -> AnswerByRows:
@@ -154,7 +149,7 @@ class _Task:
     threads: int
     started: float
     _gap: Vector | None = None
-    _measures: LatticeMeasures | None = None
+    _measures: MeasuresOfRows | None = None
 
     @property
     def tol(self) -> float:
@@ -173,11 +168,9 @@ class _Task:
         """Return the bound of a dimensionless gap's error, relative to the error scale."""
         return self.measured(gap).relative_estimate
 
-    def measured(self, gap: Vector) -> LatticeMeasures:
+    def measured(self, gap: Vector) -> MeasuresOfRows:
         """Return the measures of a dimensionless gap; those of the last one are kept."""
         if self._measures is None or gap is not self._gap:
             posed = self.posed
-            length = posed.units.gap(gap)
-            self._measures = LatticeMeasures(posed.problem, posed.barrier, length, posed.part, threads=self.threads)
-            self._gap = gap
+            self._measures, self._gap = posed.measures(posed.units.gap(gap), self.threads), gap
         return self._measures

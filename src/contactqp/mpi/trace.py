@@ -13,7 +13,7 @@ from ..foundation.checks import finite_number, integer_at_least
 from ..foundation.files import made_folder
 from ..methods.multigrid.strips import LEAST_ROWS
 from ..solving.request import Request
-from .membrane import MembraneByRows
+from .membrane import MembraneByRows, require_rows
 from .posed import PosedByRows
 from .ranks import Ranks
 from .solve import solve_posed
@@ -83,6 +83,11 @@ def trace(
     list of Step
         The same in every process.
 
+    Raises
+    ------
+    ImportError, OSError, TypeError, ValueError
+        See `solve`; or if a store cannot be written; in every process.
+
     Examples
     --------
     >>> import tempfile
@@ -92,13 +97,14 @@ def trace(
     >>> [step.status for step in steps], steps[0].contact_area.upper < steps[1].contact_area.lower
     (['certified', 'certified'], True)
     """
+    require_rows(membrane)
     request, threads = Request.of(tol, None, None), integer_at_least(threads, 1, "threads")
     ranks, factors = Ranks(comm), [finite_number(factor, f"loads[{k}]") for k, factor in enumerate(loads)]
     place = ranks.agreed(lambda: made_folder(Path(folder)))
     steps = []
     for number, factor in enumerate(factors):
         started, store = time.perf_counter(), place / f"load-{number:04d}.zarr"
-        posed = PosedByRows(membrane.with_load(factor), ranks, least_rows)
+        posed = PosedByRows(membrane.with_load(factor), ranks, least_rows, threads)
         wanted = posed.fingerprint
         known = ranks.everyones([facts_of_store(store)] if ranks.rank == 0 else [])[0]
         resumed = known.get("fingerprint") == wanted and known.get("tol", 1.0) <= tol

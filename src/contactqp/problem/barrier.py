@@ -292,14 +292,22 @@ def _checked(stiffness: Stiffness, v: Vector, kind: str) -> Barrier | None:
     """Return the barrier if v > 0 and G v > 0 hold beyond rounding; nothing is assumed of v."""
     if not (np.isfinite(v).all() and v.min() > 0):
         return None
+    s = image_below(stiffness, v)
+    return Barrier(v, s, kind) if s.min() > 0 else None
+
+
+def image_below(stiffness: Stiffness, v: Vector) -> Vector:
+    """Return a lower bound of G v for a finite v >= 0, rounding errors included, shape (n,).
+
+    What counts as zero of G is left out, see `Stiffness.surplus`.
+    """
     product = stiffness.matvec(v)
     magnitude = stiffness.diagonal() * (2 * v) - product
     if stiffness.surplus is not None:
         surplus = (stiffness.surplus @ v) * (1 + growth_bound(stiffness))
         magnitude += 2 * surplus
         product = product - surplus
-    s = product - growth_bound(stiffness) * magnitude - UNDERFLOW
-    return Barrier(v, s, kind) if s.min() > 0 else None
+    return np.asarray(product - growth_bound(stiffness) * magnitude - UNDERFLOW)
 
 
 def _solved(stiffness: Stiffness, preconditioner: Preconditioner | None) -> Barrier | None:

@@ -57,6 +57,7 @@ cases.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -184,6 +185,11 @@ class Multiples:
     held_above: Mask
 
 
+def _largest(numbers: Vector, chosen: Mask) -> Vector:
+    """Return the largest of the chosen numbers of each case, at least zero, shape (..., 1)."""
+    return np.asarray(numbers.max(axis=-1, keepdims=True, where=chosen, initial=0.0))
+
+
 def multiples(
     problem: Posed,
     base: Base,
@@ -191,6 +197,7 @@ def multiples(
     s: Vector,
     proven_contact: Mask | None = None,
     known: Enclosure | None = None,
+    largest: Callable[[Vector, Mask], Vector] = _largest,
 ) -> Multiples:
     """Return τ⁺ and τ⁻, enlarged by what rounding may have taken from them.
 
@@ -209,6 +216,8 @@ def multiples(
         Nodes of v_i = 0 that are known to be in contact.
     known : Enclosure, optional
         One that is known already; where v_i = 0 somewhere, entries that count as zero ask for it.
+    largest : callable
+        Largest of some chosen numbers of all nodes, where vectors hold a part of them only.
     """
     if known is not None:
         base = replace(base, error=base.error + _surplus_error(problem, base, known))
@@ -230,8 +239,8 @@ def multiples(
             lowering = np.maximum(lowering, room - below_upper)
             at_upper = (base.high == upper) & ~reaching
         raising = np.where(problem.supported, np.maximum(raising, slack - above_lower), raising)
-        raise_by = _largest(raising, reaching) * _GROW + UNDERFLOW
-        lower_by = _largest(lowering, reaching) * _GROW + UNDERFLOW
+        raise_by = largest(raising, reaching) * _GROW + UNDERFLOW
+        lower_by = largest(lowering, reaching) * _GROW + UNDERFLOW
         if known is None:
             more = _surplus_share(problem, v, s) * np.maximum(raise_by, lower_by)
             raise_by, lower_by = (raise_by + more) * _GROW, (lower_by + more) * _GROW
@@ -245,11 +254,6 @@ def multiples(
         held |= proven_contact
         held_above |= proven_contact
     return Multiples(raise_by, lower_by, held, held_above)
-
-
-def _largest(numbers: Vector, chosen: Mask) -> Vector:
-    """Return the largest of the chosen numbers of each case, at least zero, shape (..., 1)."""
-    return np.asarray(numbers.max(axis=-1, keepdims=True, where=chosen, initial=0.0))
 
 
 def _surplus_share(problem: Posed, v: Vector, s: Vector) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,40 @@ from .certificate import Certificate
 from .enclosure import Base, Enclosure, Proven, enclosure_about, multiples, proven
 from .measures import Measures
 from .residuals import Residuals
+
+
+class ResidualTerms(NamedTuple):
+    """What residuals are found of, node by node.
+
+    Attributes
+    ----------
+    room : array, shape (..., n)
+        Distance from the nearer bound (length).
+    reaction : array, shape (..., n)
+        What must not be negative (force): R, -R where there is an upper bound alone, infinite where there are both.
+    work : array, shape (..., n)
+        R times the distance from the bound that it belongs to (force times length).
+    natural : array, shape (..., n)
+        Modulus of the natural residual (length).
+    """
+
+    room: Vector
+    reaction: Vector
+    work: Vector
+    natural: Vector
+
+
+def residual_terms(problem: Posed, gap: Vector, reaction: Vector) -> ResidualTerms:
+    """Return what the residuals of a gap with such a reaction are found of."""
+    natural = np.abs(problem.bounds.natural_map(gap, reaction / problem.stiffness.diagonal()))
+    room, distance = gap - problem.lower, gap - problem.bounds.floor
+    if problem.one_sided:
+        return ResidualTerms(room, reaction, distance * reaction, natural)
+    capped = np.isfinite(problem.upper)
+    room = np.minimum(room, problem.upper - gap)
+    least = np.where(capped, np.where(problem.supported, np.inf, -reaction), reaction)
+    distance = np.where((reaction < 0) & capped, gap - problem.upper, distance)
+    return ResidualTerms(room, least, distance * reaction, natural)
 
 
 class Passes:
@@ -35,22 +70,12 @@ class Passes:
         problem, gap = self._problem, self._gap
         with np.errstate(over="ignore", invalid="ignore"):
             product = problem.stiffness.matvec(gap)
-            reaction = product + problem.q
-            natural = problem.bounds.natural_map(gap, reaction / problem.stiffness.diagonal())
-            room = (gap - problem.lower).min(axis=-1)
-            least, distance = reaction.min(axis=-1), gap - problem.bounds.floor
-            if not problem.one_sided:
-                capped = np.isfinite(problem.upper)
-                room = np.minimum(room, (problem.upper - gap).min(axis=-1))
-                least = reaction.min(axis=-1, where=~capped, initial=np.inf)
-                hanging = capped & ~problem.supported
-                least = np.minimum(least, (-reaction).min(axis=-1, where=hanging, initial=np.inf))
-                distance = np.where((reaction < 0) & capped, gap - problem.upper, distance)
+            terms = residual_terms(problem, gap, product + problem.q)
             return (
-                room,
-                least,
-                _inner(distance, reaction),
-                np.abs(natural).max(axis=-1),
+                terms.room.min(axis=-1),
+                terms.reaction.min(axis=-1),
+                terms.work.sum(axis=-1),  # not by BLAS, whose threads stall on a busy machine
+                terms.natural.max(axis=-1),
                 problem.energy(gap, product),
             )
 
@@ -122,8 +147,3 @@ class VectorMeasures(Measures):
         """See `Measures`."""
         found = self._passes.proven
         return None if found is None else Certificate.of_case(self.problem, found, self._case)
-
-
-def _inner(first: Vector, second: Vector) -> Vector:
-    """Return inner products by pairwise summation, without BLAS, whose threads stall on a busy machine."""
-    return np.asarray((first * second).sum(axis=-1))

@@ -44,6 +44,8 @@ class Arms:
         Whether the ground is known to hold nodes beside the frame alone.
     part : Rows, optional
         The rows that layout and arrays hold; by default all.
+    typical : (float, float), optional
+        What `typical_arms` are to be; by default the means of the arms that join something.
 
     Attributes
     ----------
@@ -52,6 +54,8 @@ class Arms:
     layout : Layout
         It tells how each node is held (see `contactqp.geometry.runs`): stiff is one beside the frame whose arm to the
         ground, as where the contour cuts its arms short, outweighs the others; the coarse levels take it for frame.
+    typical_arms : (float, float)
+        How stiff the arms along rows and along columns are, which tells how to coarsen.
     """
 
     def __init__(
@@ -63,15 +67,43 @@ class Arms:
         *,
         rim: bool = False,
         part: Rows | None = None,
+        typical: tuple[float, float] | None = None,
     ) -> None:
         self.part = Rows(layout.rows) if part is None else part
         self.rows, self.columns = self.part.count, layout.columns
-        own = layout.mask[self.part.first - 1 : self.part.last - 1]
-        self.size = sum(self.part.everyones([int(np.count_nonzero(own))]))
         self.across, self.along, self.ground, self._rim = across, along, ground, rim
         self.layout = layout if isinstance(ground, float) else layout.with_holds(self._holds(layout.mask, ground))
-        self.typical_arms = _typical(across), _typical(along)
+        self._take_stock()
+        self.typical_arms = self._typical() if typical is None else typical
         self.row_coarsening, self.column_coarsening = coarsening(self.rows, self.columns, *self.typical_arms)
+
+    def _take_stock(self) -> None:
+        """Count the nodes of all processes, and find their least and their stiffest arms."""
+        first, last = self.part.first - 1, self.part.last - 1
+        across, along = _rows(self.across, first, last), _rows(self.along, first, last + 1)
+        ground, held = _rows(self.ground, first, last), self.layout.holds
+        corrected = 0.0 if held is None else float(ground.max(where=held[first:last] != STIFF, initial=0.0))
+        stiffest = (float(across.max()), float(along.max()), float(ground.max()), corrected)
+        size = int(np.count_nonzero(self.layout.mask[first:last]))
+        found = self.part.everyones([(size, _least(across), _least(along), *stiffest)])
+        sizes, *least, across_most, along_most, ground_most, corrected_most = zip(*found, strict=True)
+        self.size = int(sum(sizes))
+        self._least_arms = tuple(0.0 if np.isinf(min(arms)) else float(min(arms)) for arms in least)
+        self._stiffest_arms = float(max(across_most)), float(max(along_most))
+        self._stiffest_ground, self._stiffest_corrected = float(max(ground_most)), float(max(corrected_most))
+
+    def _typical(self) -> tuple[float, float]:
+        """Return the mean stiffness of arms in either direction, of those that have any, summed block by block."""
+        if isinstance(self.across, float) and isinstance(self.along, float):
+            return self.across, self.along
+        part, found = self.part, []
+        for low, high in part.blocks:
+            # An arm along a column is counted with the row above it; those beyond the last row, with that.
+            beyond = high + part.offset == self.rows + 1
+            both = _rows(self.across, low - 1, high - 1), _rows(self.along, low - 1, high - 1 + beyond)
+            found.append(tuple(float(count) for arms in both for count in (arms.sum(), np.count_nonzero(arms))))
+        across, across_used, along, along_used = part.sums(found)
+        return across / max(1.0, across_used), along / max(1.0, along_used)
 
     def _holds(self, mask: Mask, ground: Grid) -> NDArray[np.uint8]:
         west, east, south, north = self._arms_of_points()
@@ -101,7 +133,7 @@ class Arms:
     @cached_property
     def reach(self) -> float:
         """Bound of the gap's error per unit of force out of balance: that of the best parabola on a rectangle."""
-        across, along = _least(self.across), _least(self.along)
+        across, along = self._least_arms
         square_x, square_y = (self.columns + 1) ** 2, (self.rows + 1) ** 2
         candidates = [(square_x + square_y, across + along), (square_x, across), (square_y, along)]
         return float(min(square / (8 * arms) for square, arms in candidates if arms > 0))
@@ -109,15 +141,12 @@ class Arms:
     @cached_property
     def stiffest(self) -> float:
         """Bound of the diagonal of G."""
-        return float(sum(2.0 * np.max(arms) for arms in (self.across, self.along))) + float(np.max(self.ground))
+        return sum(2.0 * arms for arms in self._stiffest_arms) + self._stiffest_ground
 
     @cached_property
     def stiffest_corrected(self) -> float:
         """Bound of the diagonal of G at the nodes that the coarse levels correct."""
-        arms = float(sum(2.0 * np.max(arms) for arms in (self.across, self.along)))
-        if self.layout.holds is None:
-            return arms
-        return arms + float(np.asarray(self.ground).max(where=self.layout.holds != STIFF, initial=0.0))
+        return sum(2.0 * arms for arms in self._stiffest_arms) + self._stiffest_corrected
 
     def marks(self) -> NDArray[np.uint8]:
         """Return for each point what `Hierarchy.free` has where there is no contact."""
@@ -153,22 +182,32 @@ class Arms:
         if self.row_coarsening * self.column_coarsening == 1:
             return None
         down, right = self.row_coarsening, self.column_coarsening
-        part = self.part.coarser(self.coarse_shape()[0], down)
+        part = self.part.coarser(*self.coarse_shape(), down)
+        typical = self.typical_arms[0] * down / right, self.typical_arms[1] * right / down
         mask = self._picked(self.layout.mask, part)
         kinds = None if self.layout.kinds is None else self._picked(self.layout.kinds, part)
         if not any(part.everyones([bool(mask.any())])):
             return None
         across, along = self.across, self.along
         if isinstance(across, float) and isinstance(along, float):
-            across, along = across * down / right, along * right / down
             if isinstance(self.ground, float):
-                return Arms(Layout(mask, kinds), across, along, part=part.alone)
-            held = self._coarse_rim(mask)
+                return Arms(Layout(mask, kinds), *typical, part=part.alone)
+            held = self._coarse_rim(self._own_coarse(self.layout.mask))
             if not self._rim:
                 springs = np.where(self.layout.mask & ~_beside_frame(self.layout.mask), self.ground, 0.0)
                 held += _gathered(_gathered(springs, down).T, right).T
-            return Arms(Layout(mask, kinds), across, along, held, rim=self._rim)
-        return self._coarser_varying(mask, kinds)
+            held = self._handed_on(held, part)[1:-1]
+            return Arms(Layout(mask, kinds), *typical, held, rim=self._rim, part=part.alone)
+        return self._coarser_varying(mask, kinds, part, typical)
+
+    def _own_coarse(self, points: NDArray[Any]) -> NDArray[Any]:
+        """Return what holds at the coarse points on the rows of its own arrays."""
+        down, right = self.row_coarsening, self.column_coarsening
+        return np.ascontiguousarray(points[down - 1 :: down, right - 1 :: right])
+
+    def _handed_on(self, own: Grid, part: Rows, ring: int = 1) -> Grid:
+        """Return what is known of coarse rows of its own arrays on the rows of the next coarser lattice, and a ring."""
+        return part.laid_out(np.pad(own, ((1, ring), (0, 0))), self.part.offset // self.row_coarsening)
 
     def _picked(self, points: NDArray[Any], part: Rows) -> NDArray[Any]:
         """Return what holds at the points of the next coarser lattice, whose rows a part holds."""
@@ -186,14 +225,17 @@ class Arms:
         hold_coarse_rim(fine, ground, mask, held, self.across, self.along, *coarsened)
         return held
 
-    def _coarser_varying(self, mask: Mask, kinds: NDArray[np.uint8] | None) -> Arms | None:
+    def _coarser_varying(
+        self, mask: Mask, kinds: NDArray[np.uint8] | None, part: Rows, typical: tuple[float, float]
+    ) -> Arms | None:
         """Return the coarser lattice of arms that vary.
 
         The arms between two coarse nodes are joined in series, and count once for each row they stand for. What the
         ground adds beside the frame makes the arms that end there stiffer, as if they were shorter.
         """
         nodes, down, right = self.layout.mask, self.row_coarsening, self.column_coarsening
-        rows, columns = mask.shape
+        own_mask = self._own_coarse(nodes)
+        rows, columns = own_mask.shape
         own_rows, own_columns = slice(down - 1, down * rows, down), slice(right - 1, right * columns, right)
 
         def joined(arms_across: Grid, arms_along: Grid) -> tuple[Grid, Grid]:
@@ -206,14 +248,16 @@ class Arms:
         ground = np.where(nodes, self.ground, 0.0)
         fine_across, fine_along = np.asarray(self.across), np.asarray(self.along)
         cut_across, cut_along = joined(*_cut_short(nodes, fine_across, fine_along, np.where(beside, ground, 0.0)))
-        across, along = map(np.ascontiguousarray, joined(fine_across, fine_along))
+        across, along = joined(fine_across, fine_along)
         springs = _gathered(_gathered(np.where(beside, 0.0, ground), down).T, right).T
-        springs = springs + _excess(cut_across, mask, 1, across) + _excess(cut_along, mask, 0, along)
+        springs = springs + _excess(cut_across, own_mask, 1, across) + _excess(cut_along, own_mask, 0, along)
+        across, springs = self._handed_on(across, part)[1:-1], self._handed_on(springs, part)[1:-1]
+        along = self._handed_on(along, part, ring=0)[1:]
         held = springs + ((across[:, :-1] + across[:, 1:]) + (along[:-1] + along[1:]))
         mask = mask & (held > 0)
-        if not mask.any():
+        if not any(part.everyones([bool(mask.any())])):
             return None
-        return Arms(Layout(mask, kinds), across, along, np.ascontiguousarray(springs))
+        return Arms(Layout(mask, kinds), across, along, springs, part=part.alone, typical=typical)
 
 
 def coarsening(rows: int, columns: int, across: float, along: float) -> tuple[int, int]:
@@ -230,18 +274,14 @@ def coarsening(rows: int, columns: int, across: float, along: float) -> tuple[in
     return down, right
 
 
-def _typical(arms: ArmStiffness) -> float:
-    if isinstance(arms, float):
-        return arms
-    used = np.count_nonzero(arms)
-    return float(arms.sum() / used) if used else 0.0
+def _rows(arms: ArmStiffness, first: int, last: int) -> Grid:
+    """Return some rows of arms; where all are equal, one."""
+    return np.full((1, 1), arms) if isinstance(arms, float) else arms[first:last]
 
 
-def _least(arms: ArmStiffness) -> float:
-    if isinstance(arms, float):
-        return arms
-    positive = arms[arms > 0]
-    return float(positive.min()) if positive.size else 0.0
+def _least(arms: Grid) -> float:
+    """Return the least of the arms that join something, infinite where none does."""
+    return float(arms.min(where=arms > 0, initial=np.inf))
 
 
 def _gathered(grid: Grid, coarsening: int) -> Grid:
@@ -317,10 +357,10 @@ def arms_of(stencil: LatticeStiffness, layout: Layout) -> Arms:
     along = np.broadcast_to(stencil.vertical, (stencil.mask.shape[0] + 1, stencil.mask.shape[1]))
     across = across[box_rows, box_columns.start : box_columns.stop + 1]
     along = along[box_rows.start : box_rows.stop + 1, box_columns]
-    return Arms(layout, *_joined_to_nodes(layout, across, along), ground)
+    return Arms(layout, *joined_to_nodes(layout, across, along), ground)
 
 
-def _joined_to_nodes(layout: Layout, across: Grid, along: Grid) -> tuple[Grid, Grid]:
+def joined_to_nodes(layout: Layout, across: Grid, along: Grid) -> tuple[Grid, Grid]:
     """Return the arms with those between two frame points set to zero, so that they do not count for anything."""
     point = np.pad(layout.mask, 1)
     used_across = point[1:-1, :-1] | point[1:-1, 1:]

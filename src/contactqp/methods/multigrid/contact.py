@@ -89,6 +89,7 @@ class ContactMultigrid:
         self._exchange = exchange_kernels(lattice.kind, self.hierarchy.levels[0].plan.precision)
         self._part = lattice.part
         self._strips = team.strips(*self._part.near(0), lattice.columns, _LEAST_STRIP)
+        self._known = team.strips(*self._part.near(_AT_ONCE), lattice.columns, _LEAST_STRIP)
         self._swept = team.strips(*self._part.near(_AT_ONCE - 1), lattice.columns, _LEAST_STRIP)
         self._place = lattice.layout.runs, lattice.layout.row_start
         self._bounded_place = *limits, *self._place
@@ -161,7 +162,10 @@ class ContactMultigrid:
 
     def last_step(self) -> float:
         """Return by how much the gap has changed at most since the cycle before; infinite where that is not known."""
-        return float(np.abs(self.omega - self._past[-1]).max()) if self._past else np.inf
+        if not self._past:
+            return np.inf
+        own = slice(self._part.first, self._part.last)
+        return max(self._part.everyones([float(np.abs(self.omega[own] - self._past[-1][own]).max())]))
 
     def restrict_load(self) -> NDArray[Any]:
         """Return q + Gω, summed with the weights of bilinear interpolation, at the next coarser lattice's nodes."""
@@ -207,7 +211,7 @@ class ContactMultigrid:
         For a linear problem, and a symmetric cycle, that is a step of conjugate gradients.
         """
         self._past[1] = before.copy()
-        self.team.run(self._kernels.directions, self._strips, self.omega, before, older, *self._bounded_place)
+        self.team.run(self._kernels.directions, self._known, self.omega, before, older, *self._bounded_place)
         arguments = self.omega, before, older, self.q, *self.lattice.stiffnesses, *self._place
         found = self.team.run(self._kernels.plane, self._part.blocks, *arguments)
         first_slope, second_slope, first, common, second = self._part.sums(found)
@@ -223,8 +227,8 @@ class ContactMultigrid:
     def _moved(self, first: Grid, first_length: float, second: Grid, second_length: float) -> bool:
         """Whether a combination of two directions does not leave the bounds; then it is gone along."""
         way = first, first_length, second, second_length
-        beyond = self.team.run(self._kernels.advance, self._strips, self.omega, self._next, *way, *self._bounded_place)
-        if any(beyond):
+        beyond = self.team.run(self._kernels.advance, self._known, self.omega, self._next, *way, *self._bounded_place)
+        if any(self._part.everyones(beyond)):
             return False
         self.omega, self._next = self._next, self.omega
         return True

@@ -15,17 +15,14 @@ from ...foundation.threads import Team
 from ..multigrid import galerkin_kernels
 from .arms import Arms, coarsening
 from .level_kernels import LevelKernels, TransferKernels, level_kernels, transfer_kernels
-from .rows import Rows
+from .rows import DIRECT, Rows
 
 _COARSEST_SWEEPS = 10
 
-_DIRECT = 300
-"""Points of a level that is solved by elimination, where arms differ."""
-
-_VISITED = 2
+VISITED = 2
 """So far vectors are looked at on a visit of their level, see `Hierarchy.cycle`."""
 
-_COARSENED = 4
+COARSENED = 4
 """So far an operator is looked at when the next coarser one is made."""
 
 _SINGLE_PRECISION_REACH = 5e5
@@ -82,21 +79,24 @@ class Level:
         The rows that are worked on; those and the next ones on either side, and the next two.
     given : list of (int, int)
         Its own rows, as kernels number them that come from the level above: see `beneath`.
+    weights : array, shape (8, rows, columns + 2)
+        Those of the interpolation, on rows that are numbered so; without any rows where it is bilinear.
     """
 
     def __init__(self, plan: Plan, team: Team, above: Rows, finer: Plan | None = None) -> None:
         self.plan, self._finer = plan, finer
         self.factors = plan.row_coarsening, plan.column_coarsening
-        self.part = above.coarser(plan.rows, plan.row_coarsening)
+        self.part = above.coarser(plan.rows, plan.columns, plan.row_coarsening)
         shape = (self.part.height, plan.columns + 2)
         self.strips, self.beside, self.about = (team.strips(*self.part.near(reach), plan.columns) for reach in range(3))
         highest = above.offset // plan.row_coarsening
         self._shift = highest - self.part.offset
         self.given = team.strips(self.part.own[0] - highest, self.part.own[1] - highest, plan.columns)
         self.stencil = np.zeros((6, *shape), dtype=plan.stencil_precision)
-        self.weights = np.zeros((8, *shape) if plan.weighted else (0, 0, 0), dtype=np.float32)
+        weighed = (8, self.part.height - self._shift, plan.columns + 2)
+        self.weights = np.zeros(weighed if plan.weighted else (0, 0, 0), dtype=np.float32)
         self.exchange_weights: Any = self.weights if plan.weighted else 0.0
-        self.kind = np.zeros(shape, dtype=np.uint8)
+        self.kind = np.zeros((0, 0) if plan.weighted else shape, dtype=np.uint8)
         self.changed = np.zeros(self.part.height, dtype=np.uint8)
         self.constant = np.zeros(6, dtype=np.float32)
         self.residual, self.correction, self.spare = (np.zeros(shape, dtype=plan.precision) for _ in range(3))
@@ -106,18 +106,27 @@ class Level:
         """Return the rows of an array from where the arrays of the level above begin, as kernels count them."""
         return array[self._shift :] if self._shift else array
 
-    def coarsen(self, run: Callable[[NDArray[Any], NDArray[Any], NDArray[Any]], None]) -> None:
-        """Let a kernel write the operator's own rows, with kinds and marks of what has changed, and share them."""
-        kind, changed = self.beneath(self.kind), self.beneath(self.changed)
+    def coarsen(self, run: Callable[..., None], *marks: NDArray[np.uint8]) -> None:
+        """Let a kernel write the operator's own rows, with marks of what has changed in them, and share these.
+
+        Parameters
+        ----------
+        run : callable
+            Called with the operator, and the marks.
+        marks : array
+            Kinds of points, if there are any, and last the rows that have changed.
+        """
+        beneath = [self.beneath(mark) for mark in marks]
+        changed = beneath[-1]
         if not self._shift:
-            run(self.stencil, kind, changed)
+            run(self.stencil, *beneath)
         else:
-            written = np.zeros((6, *kind.shape), dtype=self.stencil.dtype)
-            run(written, kind, changed)
+            written = np.zeros((6, changed.size, self.stencil.shape[2]), dtype=self.stencil.dtype)
+            run(written, *beneath)
             rows = self.given[0][0] + np.flatnonzero(changed[self.given[0][0] : self.given[-1][1]])
             self.stencil[:, rows + self._shift] = written[:, rows]
-        self.part.share(self.stencil, reach=_COARSENED, axis=1)
-        self.part.share(self.kind, self.changed, reach=_COARSENED)
+        self.part.share(self.stencil, reach=COARSENED, axis=1)
+        self.part.share(*marks, reach=COARSENED)
 
     @cached_property
     def kernels(self) -> LevelKernels:
@@ -182,7 +191,7 @@ class Hierarchy:
             operator = level.constant, stencil, kind, changed
             self.team.run(kernel, level.given, *finer, *operator, *level.factors, *more)
 
-        level.coarsen(run)
+        level.coarsen(run, level.kind, level.changed)
         operator = level.stencil, level.kind, level.changed, level.constant
         self.team.run(galerkin_kernels.set_factors, level.about, *operator)
 
@@ -208,7 +217,7 @@ class Hierarchy:
             self._interpolate(level, coarse)
             run(kernels.smooth, level.strips, level.stencil, level.residual, level.correction, level.spare)
             level.correction, level.spare = level.spare, level.correction
-            level.part.share(level.correction, reach=_VISITED)
+            level.part.share(level.correction, reach=VISITED)
 
     def _solve_coarsest(self, level: Level) -> None:
         level.kernels.solve_coarsest(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
@@ -216,7 +225,7 @@ class Hierarchy:
     def _restrict(self, level: Level, coarse: Level) -> None:
         state = level.stencil, level.residual, level.correction
         self.team.run(coarse.transfers.restrict, coarse.given, *state, coarse.beneath(coarse.residual), *coarse.factors)
-        coarse.part.share(coarse.residual, reach=_VISITED)
+        coarse.part.share(coarse.residual, reach=VISITED)
 
     def _interpolate(self, level: Level, coarse: Level) -> None:
         vectors = level.correction, coarse.beneath(coarse.correction)
@@ -274,5 +283,5 @@ def plans(lattice: Arms) -> list[Plan]:
         across, along = across * down / right, along * right / down
         reach /= down * right
         found.append(Plan(rows, columns, down, right, precision, lattice.varying))
-        if down * right == 1 or (lattice.varying and rows * columns <= _DIRECT):
+        if down * right == 1 or (lattice.varying and rows * columns <= DIRECT):
             return found

@@ -55,12 +55,19 @@ class LatticeSolver:
                 solver = ContactMultigrid(self._lattice, layout.zeros(), team)
             solver.restart(layout.grid(-force), NO_LIMITS, team)
             solver.omega[...] = 0.0
-            enough = tolerance * float(np.abs(force).max())
-            for _ in range(_MAX_CYCLES):
-                solver.relax()
-                if solver.estimate <= max(enough, solver.rest()):
-                    break
-                solver.correct()
+            cycle_until(solver, tolerance * float(np.abs(force).max()))
             found = layout.vector(solver.omega)
         self._kept = solver
         return found
+
+
+def cycle_until(solver: ContactMultigrid, enough: float) -> None:
+    """Do cycles until no force out of balance is larger than such a one, or than what rounding errors may leave.
+
+    It ends after some cycles in any case.
+    """
+    for _ in range(_MAX_CYCLES):
+        solver.relax()
+        if solver.estimate <= max(enough, solver.rest()):
+            break
+        solver.correct()

@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 BLOCK = 16
 """Rows over which kernels sum; a process's own rows begin where a block does."""
 
+DIRECT = 300
+"""Points of a level that one process solves at once: levels of so few are held whole by every one."""
+
 HALO = 8
 """Rows that a process holds of each neighbour: more than six half-sweeps reach, and half of them on the next level."""
 
@@ -61,8 +64,16 @@ class Rows:
         """The same rows for a lattice of their own: no other process has a share in them that this one has not."""
         return self
 
-    def coarser(self, count: int, coarsening: int) -> Rows:
-        """Return the rows of the next coarser level, every second one or every one."""
+    def coarser(self, count: int, columns: int, coarsening: int) -> Rows:
+        """Return the rows of the next coarser level, every second one or every one.
+
+        Parameters
+        ----------
+        count, columns : int
+            Its rows and columns of nodes.
+        coarsening : int
+            How many of these rows one of its rows stands for.
+        """
         return Rows(count)
 
     def share(self, *arrays: NDArray[Any], reach: int = HALO, axis: int = 0) -> None:
@@ -109,8 +120,24 @@ class Rows:
         coarsening : int
             How many of its rows one of these stands for.
         """
-        places = np.arange(*self.own_with_ring)
-        found = np.zeros((self.height, *grid.shape[1:]), dtype=grid.dtype)
-        found[places - self.offset] = grid[np.minimum(coarsening * places, finer.count + 1) - finer.offset]
+        places = np.minimum(coarsening * np.arange(*self.own_with_ring), finer.count + 1)
+        return self._shared(grid[places - finer.offset])
+
+    def laid_out(self, grid: NDArray[Any], offset: int) -> NDArray[Any]:
+        """Return the own rows of an array, with the frame's beside them, on an array of these rows, and share them.
+
+        Parameters
+        ----------
+        grid : array, shape (rows, ...)
+            Its first row is row ``offset`` of the whole.
+        offset : int
+        """
+        first, last = self.own_with_ring
+        return self._shared(grid[first - offset : last - offset])
+
+    def _shared(self, own: NDArray[Any]) -> NDArray[Any]:
+        first, last = self.own_with_ring
+        found = np.zeros((self.height, *own.shape[1:]), dtype=own.dtype)
+        found[first - self.offset : last - self.offset] = own
         self.share(found)
         return found

@@ -13,8 +13,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .arms import coarsening
-from .rows import BLOCK, HALO, Rows
+from .rows import BLOCK, DIRECT, HALO, Rows
 
 LEAST_ROWS = 64
 """Rows for each process below which a coarse level is held whole by every one."""
@@ -71,10 +70,10 @@ class Strip(Rows):
         self.height = above - self.offset
         self.first, self.last = (row - self.offset for row in self.own)
 
-    def coarser(self, count: int, coarsening: int) -> Rows:
+    def coarser(self, count: int, columns: int, coarsening: int) -> Rows:
         """See `Rows.coarser`."""
         edges = (1, *(edge // coarsening for edge in self._edges[1:-1]), count + 1)
-        if divisible(count, self._peers.size, self._least):
+        if divisible(count, self._peers.size, self._least) and count * columns > DIRECT:
             return Strip(self._peers, edges, self._least)
         return Gathered(self._peers, edges)
 
@@ -123,15 +122,15 @@ def divisible(rows: int, processes: int, least: int = LEAST_ROWS) -> bool:
     return rows >= max(least, BLOCK) * processes
 
 
-def divided(shape: tuple[int, int], arms: tuple[float, float], processes: int, least: int = LEAST_ROWS) -> list[int]:
+def divided(rows: int, processes: int, least: int = LEAST_ROWS) -> list[int]:
     """Return the first row of each process, and one past the last row, in strips of about equal height.
+
+    They can be divided on every level that is, however often columns are coarsened alone before that.
 
     Parameters
     ----------
-    shape : (int, int)
-        Rows and columns of nodes.
-    arms : (float, float)
-        Typical stiffness of the arms along rows and along columns, by which it is coarsened.
+    rows : int
+        Rows of nodes.
     processes : int
     least : int
         See `LEAST_ROWS`.
@@ -143,21 +142,17 @@ def divided(shape: tuple[int, int], arms: tuple[float, float], processes: int, l
 
     Examples
     --------
-    >>> divided((511, 511), (1.0, 1.0), 3)
+    >>> divided(511, 3)
     [1, 160, 320, 512]
     """
-    if processes > 1 and shape[0] < BLOCK * processes:
-        most = max(1, shape[0] // BLOCK)
+    if processes > 1 and rows < BLOCK * processes:
+        most = max(1, rows // BLOCK)
         raise ValueError(
-            f"{shape[0]} rows of nodes are too few for {processes} processes, each of which takes at least {BLOCK}; "
+            f"{rows} rows of nodes are too few for {processes} processes, each of which takes at least {BLOCK}; "
             f"start at most {most}"
         )
-    (rows, columns), (across, along), factor = shape, arms, 1
-    while True:
-        down, right = coarsening(rows, columns, across, along)
-        if down * right == 1 or not divisible(rows // down, processes, least):
-            break
-        rows, columns, factor = rows // down, columns // right, factor * down
-        across, along = across * down / right, along * right / down
-    inner = [factor * BLOCK * (rows * k // (BLOCK * processes)) for k in range(1, processes)]
-    return [1, *inner, shape[0] + 1]
+    factor = 1
+    while divisible(rows // (2 * factor), processes, least):
+        factor *= 2
+    inner = [factor * BLOCK * (rows // factor * k // (BLOCK * processes)) for k in range(1, processes)]
+    return [1, *inner, rows + 1]

@@ -6,14 +6,16 @@ The weights are those of the lattice without contact, and stay; only the operato
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...foundation.loading import once
 from ...foundation.threads import Team
 from .arms import Arms
 from .galerkin_kernels import coarsen_lattice
-from .hierarchy import Hierarchy, Level, plans
+from .hierarchy import VISITED, Hierarchy, Level, plans
 from .lattice_kernels import ArmKind, exchange_kernels, lattice_kernels
 from .level_kernels import level_kernels, transfer_kernels
 from .weighted_kernels import weighted_kernels
@@ -64,22 +66,21 @@ class WeightedHierarchy(Hierarchy):
         return [np.asarray(arms) for arms in self.lattice.stiffnesses]
 
     def _cells(self, level: Level) -> list[tuple[int, int]]:
-        return self.team.strips(0, level.plan.rows + 2, level.plan.columns)
+        return self.team.strips(0, level.weights.shape[1], level.plan.columns)
 
     def _coarsen_lattice(self) -> None:
-        first = self.levels[0]
         fine = self.free, self.changed, *self._arms()
-        coarse = first.weights, first.stencil, first.changed
-        self.team.run(self._kernels.coarsen_lattice, first.strips, *fine, *coarse, *first.factors)
-        self._set_factors(first)
+        self._coarsen(self.levels[0], self._kernels.coarsen_lattice, *fine)
 
     def _coarsen_level(self, finer: Level, level: Level) -> None:
-        coarse = level.weights, level.stencil, level.changed
-        self.team.run(self._kernels.coarsen_level, level.strips, finer.stencil, finer.changed, *coarse, *level.factors)
-        self._set_factors(level)
+        self._coarsen(level, self._kernels.coarsen_level, finer.stencil, finer.changed)
 
-    def _set_factors(self, level: Level) -> None:
-        self.team.run(self._kernels.set_factors, level.strips, level.stencil, level.changed)
+    def _coarsen(self, level: Level, kernel: Any, *finer: Any, more: tuple[Any, ...] = ()) -> None:
+        def run(stencil: NDArray[Any], changed: NDArray[Any]) -> None:
+            self.team.run(kernel, level.given, *finer, level.weights, stencil, changed, *level.factors, *more)
+
+        level.coarsen(run, level.changed)
+        self.team.run(self._kernels.set_factors, level.about, level.stencil, level.changed)
 
     def cycle(self, depth: int = 0, *, full: bool = True) -> None:
         """See `Hierarchy.cycle`: a cycle that solves on the next coarser level by two steps of conjugate gradients.
@@ -94,12 +95,13 @@ class WeightedHierarchy(Hierarchy):
             return
         run, coarse = self.team.run, self.levels[depth + 1]
         smoothing = level_kernels("float64", "float64")
-        run(smoothing.smooth_from_zero, level.strips, level.stencil, level.residual, level.correction)
+        run(smoothing.smooth_from_zero, level.about, level.stencil, level.residual, level.correction)
         self._restrict(level, coarse)
         self._solve(depth + 1)
         self._interpolate(level, coarse)
         run(smoothing.smooth, level.strips, level.stencil, level.residual, level.correction, level.spare)
         level.correction, level.spare = level.spare, level.correction
+        level.part.share(level.correction, reach=VISITED)
 
     def _solve_coarsest(self, level: Level) -> None:
         self._kernels.solve_coarsest(self._factor, level.residual, level.correction)
@@ -117,6 +119,7 @@ class WeightedHierarchy(Hierarchy):
             return
         length = work / energy
         run(kernels.subtract, level.strips, level.residual, length, level.image)
+        level.part.share(level.residual, reach=VISITED)
         level.correction, level.kept = level.kept, first
         self.cycle(depth)
         second = level.correction
@@ -124,15 +127,17 @@ class WeightedHierarchy(Hierarchy):
         own, common, work = sums(run(kernels.apply_again, blocks, *state))
         rest = own - common * common / energy
         factor = work / rest if rest > 0.0 else 0.0
-        run(kernels.combine, level.strips, second, factor, level.kept, length - factor * common / energy)
+        run(kernels.combine, level.about, second, factor, level.kept, length - factor * common / energy)
 
     def _restrict(self, level: Level, coarse: Level) -> None:
         state = level.stencil, level.residual, level.correction
-        self.team.run(self._kernels.restrict, coarse.strips, *state, coarse.residual, *coarse.factors, coarse.weights)
+        below = coarse.beneath(coarse.residual), *coarse.factors, coarse.weights
+        self.team.run(self._kernels.restrict, coarse.given, *state, *below)
+        coarse.part.share(coarse.residual, reach=VISITED)
 
     def _interpolate(self, level: Level, coarse: Level) -> None:
-        given = level.correction, coarse.correction, *coarse.factors, coarse.weights
-        self.team.run(self._kernels.add_interpolated, level.strips, *given)
+        given = level.correction, coarse.beneath(coarse.correction), *coarse.factors, coarse.weights
+        self.team.run(self._kernels.add_interpolated, level.beside, *given)
 
 
 def hierarchy_of(lattice: Arms, team: Team) -> Hierarchy:
