@@ -31,8 +31,10 @@ from .algebra.stencil import Stencil
 from .backends import backend_names
 from .comparison.compare import compare
 from .comparison.comparison import Comparison
+from .continuum.contact import ContactBounds
 from .continuum.estimate import DiscretisationEstimate
-from .continuum.result import Continuum
+from .continuum.membrane import MembraneBounds
+from .continuum.result import Continuum, NodalBounds
 from .errors import (
     CaseFileError,
     ContactWarning,
@@ -85,6 +87,7 @@ __all__ = [
     "CaseFileError",
     "Certificate",
     "Comparison",
+    "ContactBounds",
     "ContactLCP",
     "ContactQP",
     "ContactWarning",
@@ -96,8 +99,10 @@ __all__ = [
     "Lattice",
     "LoadPath",
     "Membrane",
+    "MembraneBounds",
     "MeshMembrane",
     "MissingBackendError",
+    "NodalBounds",
     "NotCertifiedError",
     "Plate",
     "Refinement",
