@@ -32,6 +32,7 @@ from .backends import backend_names
 from .comparison.compare import compare
 from .comparison.comparison import Comparison
 from .continuum.contact import ContactBounds
+from .continuum.energy_estimate import EnergyEstimate
 from .continuum.estimate import DiscretisationEstimate
 from .continuum.membrane import MembraneBounds
 from .continuum.result import Continuum, NodalBounds
@@ -93,6 +94,7 @@ __all__ = [
     "ContactWarning",
     "Continuum",
     "DiscretisationEstimate",
+    "EnergyEstimate",
     "Events",
     "Family",
     "Frame",
