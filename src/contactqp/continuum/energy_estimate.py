@@ -9,8 +9,8 @@ beyond would be orthogonal to what both miss (Galerkin), so that with an error o
 
 Bilinear interpolants have p = 1. The error in the norm is that of interpolation nearly everywhere, and hardly feels
 where between two nodes the free boundary lies, on which the largest error of the deflection depends. The *grid
-convergence index* is 1.25 times the estimate, by the observed order where that is less than 1 (Roache, *Perspective: a method for
-uniform reporting of grid refinement studies*, J. Fluids Eng. 116, 1994). An estimate is no bound.
+convergence index* is 1.25 times the estimate, by the observed order where that is less than 1 (Roache, *Perspective: a
+method for uniform reporting of grid refinement studies*, J. Fluids Eng. 116, 1994). An estimate is no bound.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def energy_estimate(model: ContactModel, gap: Vector, solve: Solve) -> EnergyEst
     data, beyond = Data.of(model), Data.of(double)
     own, far = points_of(data, model.padded_below(gap)), points_of(beyond, double.padded_below(solve(double)))
     apart, norm = _apart(data, own, double, far), energy_norm(data, own)
-    spacings = model.lattice.spacing, double.lattice.spacing
+    spacings: tuple[float, ...] = model.lattice.spacing, double.lattice.spacing
     fourfold, order = coarser(double), None
     if fourfold is not None:
         farther = points_of(Data.of(fourfold), fourfold.padded_below(solve(fourfold)))
