@@ -60,7 +60,7 @@ def map_of_squares(edges: tuple[Vector, Vector], states: tuple[Mask, Mask, Mask]
     shown = [
         Patch(color=colour, label=name) for (name, colour), state in zip(_KINDS, states, strict=True) if state.any()
     ]
-    place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.12), "frameon": False, "fontsize": "small"}
+    place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "frameon": False, "fontsize": "small"}
     axes.legend(handles=shown, ncols=3, **place)
     finish(axes, wanted, title)
     return figure_of(axes)
