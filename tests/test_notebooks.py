@@ -38,6 +38,7 @@ def test_notebooks_are_found():
         "08_fabric_roof.ipynb",
         "09_pipe_with_bending.ipynb",
         "10_design_and_inverse.ipynb",
+        "11_the_membrane_itself.ipynb",
     ]
 
 

@@ -31,8 +31,11 @@ from .algebra.stencil import Stencil
 from .backends import backend_names
 from .comparison.compare import compare
 from .comparison.comparison import Comparison
+from .continuum.contact import ContactBounds
+from .continuum.energy_estimate import EnergyEstimate
 from .continuum.estimate import DiscretisationEstimate
-from .continuum.result import Continuum
+from .continuum.membrane import MembraneBounds
+from .continuum.result import Continuum, NodalBounds
 from .errors import (
     CaseFileError,
     ContactWarning,
@@ -85,19 +88,23 @@ __all__ = [
     "CaseFileError",
     "Certificate",
     "Comparison",
+    "ContactBounds",
     "ContactLCP",
     "ContactQP",
     "ContactWarning",
     "Continuum",
     "DiscretisationEstimate",
+    "EnergyEstimate",
     "Events",
     "Family",
     "Frame",
     "Lattice",
     "LoadPath",
     "Membrane",
+    "MembraneBounds",
     "MeshMembrane",
     "MissingBackendError",
+    "NodalBounds",
     "NotCertifiedError",
     "Plate",
     "Refinement",

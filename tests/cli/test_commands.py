@@ -526,9 +526,36 @@ def test_solve_refines_until_the_membrane_is_enclosed(tmp_path):
     case.write_text(BOWL, encoding="utf-8")
     result = run("solve", case, "--continuum-tol", 0.05)
     assert result.exit_code == 0
-    assert "SolvedTo(2 solved, spacing 0.0625 to 0.03125" in result.output
+    assert "Membrane within 0.0015 (length): tolerance reached" in result.output
+    assert [line.split()[0] for line in result.output.splitlines()[2:4]] == ["0.0625", "0.03125"]
     assert "Continuum(pointwise): proven of the continuum itself" in result.output
     assert "certified" in result.output
+    assert "discretisation" in result.output
+
+
+@pytest.mark.parametrize("effort", ["energy", "pointwise"])
+def test_what_is_proven_of_the_membrane_goes_along(tmp_path, effort):
+    case, out = tmp_path / "case.toml", tmp_path / "answer.nc"
+    case.write_text(BOWL, encoding="utf-8")
+    result = run("solve", case, "--continuum", effort, "--out", out, "--plot", tmp_path / "bowl.png")
+    assert result.exit_code == 0
+    assert f"Continuum({effort}): proven of the continuum itself" in result.output
+    with xr.open_dataset(out) as stored:
+        assert stored.attrs["continuum_effort"] == effort
+    report = tmp_path / "report.html"
+    compared = run("compare", case, "--backends", "psor", "--continuum", effort, "--report", report)
+    assert f"Continuum({effort})" in compared.output
+    assert "The membrane itself" in report.read_text(encoding="utf-8")
+
+
+def test_what_cannot_go_along_is_refused_before_any_work(tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text(BOWL, encoding="utf-8")
+    result = run("solve", case, "--continuum", "energy", "--out", tmp_path / "answer.csv")
+    assert result.exit_code == 2
+    assert "go into .nc and .zarr files" in " ".join(result.output.split())
+    result = run("solve", case, "--continuum", "pointwse")
+    assert "did you mean 'pointwise'" in " ".join(result.output.split())
 
 
 def test_a_frame_beside_the_lattice_cannot_be_enclosed():

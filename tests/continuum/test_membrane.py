@@ -115,7 +115,9 @@ def test_what_it_tells():
     solution = cq.solve(square(32), tol=1e-9)
     found = solution.continuum("pointwise")
     text = str(found)
-    for words in ("error at nodes", "largest depth", "contact area", "total reaction", "free boundary"):
+    assert f"{found.contact.contact.sum()} in contact, {found.contact.clear.sum()} clear" in text
+    assert found._repr_html_().count("<tr>") == len(found.facts())
+    for words in ("error at nodes", "squares", "largest depth", "contact area", "total reaction", "free boundary"):
         assert words in text
     assert found.error_bound >= max(
         (found.upper - solution.deflection).max(), (solution.deflection - found.lower).max()
@@ -128,12 +130,15 @@ def test_what_it_tells():
 def test_the_bounds_as_a_dataset_and_as_a_picture(tmp_path):
     found = enclosed(square(16))
     dataset = found.to_dataset()
-    assert dict(dataset.sizes) == {"y": 17, "x": 17, "y_square": 18, "x_square": 18}
-    inner = dataset["lower"].to_numpy()
+    assert dict(dataset.sizes) == {"y": 17, "x": 17, "y_square": 18, "x_square": 18, "side": 2}
+    inner = dataset["deflection_lower"].to_numpy()
     np.testing.assert_array_equal(inner[~np.isnan(inner)], found.lower)
-    assert dataset["contact_state"].to_numpy().tolist().count([-9] * 18) == 2
-    assert (dataset["contact_state"] == 1).sum() == found.contact.contact.sum()
-    assert dataset.attrs["error_bound"] == found.error_bound
+    state = dataset["contact_state_in_squares"]
+    assert np.isnan(state).sum() == 18**2 - 16**2
+    assert (state == 1).sum() == found.contact.contact.sum()
+    assert dataset["error_bound"] == found.error_bound
+    assert dataset["error_bound"].attrs["units"] == "length"
+    np.testing.assert_array_equal(dataset["x_square_bounds"].mean("side"), dataset["x_square"])
     dataset.to_netcdf(tmp_path / "bounds.nc")
     figure = found.plot(title="a bowl")
     assert figure.axes[0].get_title() == "a bowl"

@@ -23,6 +23,9 @@ def test_the_membrane_is_enclosed_to_the_tolerance():
     np.testing.assert_allclose(parts, table["error_bound"], rtol=1e-9)
     assert (table["data"] < 1e-9).all()
     assert "tolerance reached" in repr(found)
+    told = str(found).splitlines()
+    assert max(map(len, told)) <= 80
+    assert [line.split()[1] for line in told[2 : 2 + len(table)]] == [str(nodes) for nodes in table["nodes"]]
 
 
 def test_it_ends_at_limits():

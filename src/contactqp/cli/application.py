@@ -103,6 +103,16 @@ Tol = Annotated[
     ),
 ]
 TimeLimit = Annotated[float | None, typer.Option(help="Seconds for each backend.", show_default=False)]
+EFFORTS = "energy", "pointwise"
+Continuum = Annotated[
+    str | None,
+    typer.Option(
+        help="Tell what the answer proves of the membrane itself, the distance from its lattice included: energy, or "
+        "pointwise, which takes longer.",
+        metavar="|".join(EFFORTS),
+        show_default=False,
+    ),
+]
 Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .svg).", show_default=False)]
 
 

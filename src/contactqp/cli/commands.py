@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -13,10 +13,12 @@ from ..foundation.files import made_folder
 from ..foundation.terminal import line_width
 from ..foundation.text import counted, folded, shortened
 from .application import (
+    EFFORTS,
     EXIT_NOT_CERTIFIED,
     EXIT_OK,
     PICTURES,
     Case,
+    Continuum,
     Plot,
     TimeLimit,
     Tol,
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from ..foundation.brackets import Bracket
     from ..io.cases import Model
     from ..refinement.solve_to import SolvedTo
+    from ..solving.solution import Effort
 
 _METHODS = "crank-nicolson", "euler"
 _QUANTITIES = "gap", "deflection"
@@ -61,6 +64,7 @@ def compare(
         Path | None, typer.Option(help="Write the table and the verdict as JSON.", show_default=False)
     ] = None,
     report: Annotated[Path | None, typer.Option(help="Write everything as one HTML page.", show_default=False)] = None,
+    continuum: Continuum = None,
     explorer: Annotated[
         Path | None,
         typer.Option(
@@ -76,6 +80,7 @@ def compare(
     check_output("--json", json, (".json",))
     check_output("--report", report, (".html", ".htm"))
     check_output("--explorer", explorer, (".html", ".htm"))
+    effort = _effort(continuum)
     from ..comparison.compare import compare as compare_backends
     from .tables import print_comparison
 
@@ -87,6 +92,8 @@ def compare(
         model, "all" if listed == ["all"] else listed, tol=tolerance(tol), time_limit=time_limit, repeats=repeats
     )
     print_comparison(comparison, title=case.name, wide=wide)
+    if effort is not None and comparison.best is not None:
+        typer.echo(f"\n{comparison.best.continuum(effort)}")
     if json is not None:
         json.write_text(comparison.to_json() + "\n", encoding="utf-8")
     if plot is not None and comparison.best is not None:
@@ -95,7 +102,7 @@ def compare(
         comparison.plot(title=_headed(title, headline(comparison))).savefig(plot, dpi=150)
         typer.echo(f"picture: {plot}")
     if report is not None:
-        typer.echo(f"report: {comparison.report(report, title=title or case.name, explorer=explorer)}")
+        typer.echo(f"report: {comparison.report(report, title or case.name, explorer=explorer, continuum=effort)}")
     raise typer.Exit(EXIT_OK if comparison.agree else EXIT_NOT_CERTIFIED)
 
 
@@ -113,6 +120,7 @@ def solve(
         ),
     ] = None,
     plot: Plot = None,
+    continuum: Continuum = None,
     continuum_tol: Annotated[
         float | None,
         typer.Option(
@@ -129,11 +137,13 @@ def solve(
     Exit code 0: certified, and with --continuum-tol reached; 1: not; 2: bad input; 130: interrupted.
     """
     if processes_started() > 1:
-        if continuum_tol is not None:
-            raise ValueError("--continuum-tol refines in one process only; start without mpiexec, or leave it out")
+        for option, given in (("--continuum", continuum), ("--continuum-tol", continuum_tol)):
+            if given is not None:
+                raise ValueError(f"{option} works in one process only; start without mpiexec, or leave it out")
         raise typer.Exit(solve_together(case, backend, tolerance(tol), time_limit, out, plot))
-    from ..io.writers import WRITERS, require_suitable, write_solution
+    from ..io.writers import WRITERS, holds_bounds, require_dataset, require_suitable
 
+    effort = _effort(continuum if continuum_tol is None else "pointwise")
     check_output("--out", out, tuple(WRITERS))
     check_output("--plot", plot, PICTURES)
     from ..solving.solve import solve as solve_problem
@@ -141,29 +151,39 @@ def solve(
     model, title = _read(case)
     if out is not None:
         require_suitable(out, model)
+        if continuum is not None:
+            require_dataset(out)
     reached = True
     if continuum_tol is None:
         solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
     else:
         found = _solved_to(case, model, continuum_tol, backend, time_limit)
         solution, reached = found.solution, found.reached
-        _echo_facts(repr(found))
-        typer.echo(str(found.continuum))
+        _echo_facts(str(found))
     _echo_facts(repr(solution))
     if solution.certificate is not None:
         _echo_facts(f"  reaction    {_told(solution.total_reaction)} in all ({model.units['reaction']})")
         if model.node_area is not None:
             area = f"{_AREAS[model.units['load']]} that its nodes stand for"
             _echo_facts(f"  contact     {_told(solution.contact_area)} ({area})")
+    if effort is not None and solution.finite:
+        typer.echo(str(solution.continuum(effort)))
     if out is not None:
-        write_solution(solution, model, out)
+        solution.save(out, continuum=effort if holds_bounds(out) else None)
         typer.echo(f"fields: {out}")
-    if plot is not None and solution.residuals is not None:
+    if plot is not None and solution.finite:
         from ..plotting.answers import headline
 
-        solution.plot(title=_headed(title, headline(solution))).savefig(plot, dpi=150)
+        has_strip = effort == "pointwise" and solution.continuum(effort).pointwise is not None
+        strip: Literal["pointwise"] | None = "pointwise" if has_strip else None
+        solution.plot(title=_headed(title, headline(solution)), continuum=strip).savefig(plot, dpi=150)
         typer.echo(f"picture: {plot}")
     raise typer.Exit(EXIT_OK if solution.status.ok and reached else EXIT_NOT_CERTIFIED)
+
+
+def _effort(told: str | None) -> Effort | None:
+    """Return how much is asked about the membrane itself, if anything is."""
+    return None if told is None else one_of(told, EFFORTS, "--continuum")  # type: ignore[return-value]
 
 
 def _solved_to(case: Path, model: Model, continuum_tol: float, backend: str, time_limit: float | None) -> SolvedTo:

@@ -13,7 +13,7 @@ from ..foundation.loading import load_modules
 from ..foundation.terminal import line_width
 from ..models.base import ContactModel, split
 from ..problem.contact_problem import ContactProblem
-from ..solving.solution import Solution
+from ..solving.solution import Effort, Solution
 from ..solving.tolerances import Tolerance
 from .answers import Answers
 from .conclusion import conclusion_of
@@ -243,7 +243,14 @@ class Comparison:
 
         return plot_disagreement(self)
 
-    def report(self, path: str | Path, title: str = "", *, explorer: str | Path | None = None) -> Path:
+    def report(
+        self,
+        path: str | Path,
+        title: str = "",
+        *,
+        explorer: str | Path | None = None,
+        continuum: Effort | None = None,
+    ) -> Path:
         """Write everything as one HTML page that needs no network, no script and no other file.
 
         Parameters
@@ -254,6 +261,8 @@ class Comparison:
             Headline; by default the problem.
         explorer : path, optional
             A page that `explore` has written of the problem: the report links it.
+        continuum : {"energy", "pointwise"}, optional
+            Whether to tell what the best answer proves of the membrane itself, see `Solution.continuum`.
 
         Returns
         -------
@@ -263,11 +272,12 @@ class Comparison:
         Raises
         ------
         ValueError
-            If there is no such folder, or the suffix is another.
+            If there is no such folder, or the suffix is another; or the membrane is none that can be enclosed.
         """
         from .html import write_report
 
-        return write_report(self, path_of(path), title, None if explorer is None else Path(explorer))
+        asked = None if continuum is None or self.best is None else self.best.continuum(continuum)
+        return write_report(self, path_of(path), title, None if explorer is None else Path(explorer), asked)
 
     def __repr__(self) -> str:
         return as_text(self, line_width())

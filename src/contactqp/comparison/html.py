@@ -23,14 +23,19 @@ from .pictures import plot_comparison, plot_disagreement
 from .text import asked_for, closing_lines
 
 if TYPE_CHECKING:
-    pass
-
+    from ..continuum.result import Continuum
 
 _WORST_SHOWN = 10
 """Largest number of nodes in the table of those where answers lie farthest apart."""
 
 
-def write_report(compared: Compared, path: Path, title: str = "", explorer: Path | None = None) -> Path:
+def write_report(
+    compared: Compared,
+    path: Path,
+    title: str = "",
+    explorer: Path | None = None,
+    continuum: Continuum | None = None,
+) -> Path:
     """Write the page and return its path; an older page at that path is replaced once the new one is complete.
 
     Parameters
@@ -40,16 +45,18 @@ def write_report(compared: Compared, path: Path, title: str = "", explorer: Path
     title : str
     explorer : Path, optional
         A page to link, see `contactqp.explorer`: by its place relative to the report's, so that both can be moved.
+    continuum : Continuum, optional
+        What the best answer proves of the membrane itself.
     """
     require_writable(path, (".html", ".htm"), "report")
     link = "" if explorer is None else quote(Path(os.path.relpath(explorer, path.parent)).as_posix())
-    page = report_html(compared, title, link)
+    page = report_html(compared, title, link, continuum)
     with replaced_as_a_whole(path) as unfinished:
         unfinished.write_text(page, encoding="utf-8")
     return path
 
 
-def report_html(compared: Compared, title: str = "", explorer: str = "") -> str:
+def report_html(compared: Compared, title: str = "", explorer: str = "", continuum: Continuum | None = None) -> str:
     """Return the page as text, with a link to an explorer of the problem if there is one."""
     headline = title or compared.subject
     sections = [
@@ -58,6 +65,7 @@ def report_html(compared: Compared, title: str = "", explorer: str = "") -> str:
         _best_answer(compared),
         _metrics(compared),
         _truth(compared),
+        "" if continuum is None else _membrane_itself(compared, continuum),
         _findings(compared),
         _pairs(compared),
         _disagreement(compared),
@@ -143,6 +151,24 @@ def _truth(compared: Compared) -> str:
             f"{decided['clear']} certainly clear, and {decided['undecided']} undecided."
         )
     return f"<h2>Where the truth lies</h2>\n<p>{escape(text)}</p>\n"
+
+
+def _membrane_itself(compared: Compared, continuum: Continuum) -> str:
+    best = compared.answers.best
+    by = "" if best is None else f"What the best answer, by {best.backend}, proves of what the lattice stands for"
+    facts = _facts(by, continuum.facts())
+    if continuum.pointwise is None:
+        return f"<h2>The membrane itself</h2>\n{facts}"
+    contact = continuum.contact
+    counts = (
+        f"{contact.contact.sum()} squares in contact, {contact.clear.sum()} clear, {contact.undecided.sum()} undecided"
+    )
+    return f"<h2>The membrane itself</h2>\n{facts}" + figure_of(
+        continuum.plot(),
+        f"Map of the squares between the lattice's points: {counts}, which are the strip that holds the free boundary",
+        "Where the membrane certainly touches, and where it is certainly clear",
+        "map",
+    )
 
 
 def _findings(compared: Compared) -> str:

@@ -51,6 +51,7 @@ def continuum_of(
     else:
         raise TypeError(f"the continuous counterpart of a Membrane or a Cable can be enclosed, not that of {model!r}")
     return Continuum(
+        model=model,
         effort=effort,
         data=SAMPLED if data.sampled else EXACT,
         energy=found.energy,

@@ -148,8 +148,7 @@ def energy_bounds(data: Data, depths: Grid) -> EnergyBounds:
     ValueError
         If support or ceiling leave no room for the frame.
     """
-    plan = data.plan
-    own = np.where(plan.nodes, depths, np.where(plan.frame, data.frame.values, 0.0))
+    own = points_of(data, depths)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         admissible = _admissible(data, own)
         if admissible is None:
@@ -170,6 +169,24 @@ def energy_bounds(data: Data, depths: Grid) -> EnergyBounds:
     bounds = lower, energy.upper, rounded_up(error + rim) if rim else error, contact
     lower, upper, error, contact = (or_infinite(bound, away) for bound, away in zip(bounds, (-1, 1, 1, 1), strict=True))
     return EnergyBounds(Bracket(lower, upper), error, contact, known)
+
+
+def energy_norm(data: Data, points: Grid) -> float:
+    """Return the energy norm of the bilinear interpolant of values at the points, rounded upwards.
+
+    Parameters
+    ----------
+    data : Data
+    points : array, shape (rows + 2, columns + 2)
+        Lengths, zero at points that do not belong to the membrane.
+    """
+    return _stretch(data, points).norm
+
+
+def points_of(data: Data, depths: Grid) -> Grid:
+    """Return depths at nodes with those of the frame at its points, and zero elsewhere (length)."""
+    plan = data.plan
+    return np.where(plan.nodes, depths, np.where(plan.frame, data.frame.values, 0.0))
 
 
 def _sum_above(values: Grid) -> float:

@@ -20,12 +20,12 @@ import numpy as np
 from ..foundation.checks import Vector
 from ..models.base import ContactModel
 from ..models.membrane import Membrane
-from .relatives import coarser, finer
+from .relatives import coarser, finer, place_in
 
 Solve = Callable[[Membrane], Vector]
 """Returns the gap of a model (length), solved as accurately as the answer whose error is estimated."""
 
-_SAFETY = 1.25
+SAFETY = 1.25
 """Roache's factor for three lattices."""
 
 _FORMAL_ORDER = 2.0
@@ -57,7 +57,7 @@ class DiscretisationEstimate:
     >>> import contactqp as cq
     >>> known = cq.gallery.load("ring", n=63)
     >>> solution = cq.solve(known.model, tol=1e-9)
-    >>> estimate = solution.discretisation_estimate()
+    >>> estimate = solution.discretisation_estimate("pointwise")
     >>> true_error = abs(solution.deflection - known.deflection).max()
     >>> 0.7 < estimate.error / true_error < 1.5
     np.True_
@@ -81,7 +81,7 @@ class DiscretisationEstimate:
     def grid_convergence_index(self) -> float:
         """See the class."""
         order = _FORMAL_ORDER if self.order is None else min(max(self.order, 0.5), _FORMAL_ORDER)
-        return _SAFETY * self.error * _share(order) / _share(_FORMAL_ORDER)
+        return SAFETY * self.error * _share(order) / _share(_FORMAL_ORDER)
 
     def __str__(self) -> str:
         spacings = ", ".join(f"{spacing:g}" for spacing in self.spacings)
@@ -139,8 +139,7 @@ def _mean(errors: Vector) -> float:
 
 def _at_nodes_of(coarse: Membrane, model: Membrane, points: Vector) -> Vector:
     """Return what points of a model have at the nodes of a coarser one."""
-    origins = zip(coarse.lattice.origin[::-1], model.lattice.origin[::-1], strict=True)
-    first = [round((far - near) / model.lattice.spacing) + 1 for far, near in origins]
+    first = place_in(model.lattice, coarse.lattice)
     rows, columns = coarse.lattice.shape
     grid = points[first[0] :: 2, first[1] :: 2][:rows, :columns]
     return coarse.lattice.numbering.to_vector(grid)

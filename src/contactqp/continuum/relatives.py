@@ -83,6 +83,14 @@ def prolonged(points: Grid) -> Grid:
     return points
 
 
+def place_in(fine: Lattice, coarse: Lattice) -> tuple[int, int]:
+    """Return row and column, in a finer lattice's array with its ring, of the first point of a coarser one."""
+    row, column = (
+        round((far - near) / fine.spacing) + 1 for far, near in zip(coarse.origin[::-1], fine.origin[::-1], strict=True)
+    )
+    return row, column
+
+
 def _data_of(model: ContactModel) -> Data:
     if not isinstance(model, Membrane):
         raise TypeError(f"a Membrane can be made again on other lattices, not {model!r}")

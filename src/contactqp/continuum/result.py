@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..foundation.brackets import Bracket
+from ..foundation.cards import card
 from ..foundation.checks import Vector
-from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.text import at_most, folded, rounded_outwards
-from ..plotting.of_squares import map_of_squares
+from ..io.fields import Field
+from ..models.base import ContactModel
+from ..plotting.of_squares import Strip, map_of_squares
 from .contact import ContactBounds
+from .dataset import InSquares, Quantity, bounds_dataset
 from .membrane import MembraneBounds
 
 if TYPE_CHECKING:
@@ -46,6 +49,8 @@ class Continuum:
 
     Attributes
     ----------
+    model : Membrane or Cable
+        What was solved on its lattice.
     effort : {"energy", "pointwise"}
         How much was asked for.
     data : {"exact", "sampled data"}
@@ -83,6 +88,7 @@ class Continuum:
       contact error      <= 3.3e-05 (force times length)
     """
 
+    model: ContactModel
     effort: str
     data: str
     energy: Bracket
@@ -149,50 +155,80 @@ class Continuum:
         own = f"the membrane itself: all is decided but for {at_most(100 * share)} % of the area"
         return map_of_squares(found.edges, states, Wanted(ax, None, title, units), own)
 
-    def to_dataset(self) -> xr.Dataset:
-        """Return the bounds as an xarray.Dataset: on the lattice's nodes by x and y, in squares by x_square, y_square.
+    @property
+    def strip(self) -> Strip:
+        """The squares that hold the membrane's free boundary, for maps; needs effort="pointwise"."""
+        found = self._at_points("strip")
+        return Strip(found.edges, found.contact.undecided)
 
-        Variables: lower and upper (of the deflection), gap_lower, gap_upper, gap_lower_in_squares,
-        gap_upper_in_squares, and contact_state of the squares (1 certainly in contact, 0 certainly clear, -1 undecided,
-        -9 outside); what is one number stands in the attributes. Needs effort="pointwise".
+    def to_dataset(self) -> xr.Dataset:
+        """Return the bounds as an xarray.Dataset, with units and meaning of every variable.
+
+        Numbers: potential_energy_lower and _upper, energy_error, energy_norm, contact_error. With effort="pointwise" at
+        the nodes deflection_lower, deflection_upper, gap_lower and gap_upper, the numbers error_bound, data_part,
+        free_boundary_width, and by _lower and _upper largest_depth, contact_area and total_reaction; in squares, by
+        x_square and y_square, gap_lower_in_squares, gap_upper_in_squares and contact_state_in_squares (1 certainly in
+        contact, 0 certainly clear, -1 undecided, nan outside). Of a cable that is enclosed at its nodes error_bound,
+        deflection_lower and deflection_upper.
 
         Returns
         -------
         xarray.Dataset
-        """
-        load_modules("xarray")
-        import xarray as xr
 
-        found = self._at_points("to_dataset")
-        x, y = found.edges
-        squares = {"x_square": (x[1:] + x[:-1]) / 2, "y_square": (y[1:] + y[:-1]) / 2}
-        in_squares = ("y_square", "x_square")
-        contact = found.contact
-        state = np.where(contact.contact, 1, np.where(contact.clear, 0, np.where(contact.undecided, -1, -9)))
-        nodal = {"lower": found.lower, "upper": found.upper, "gap_lower": found.gap_lower, "gap_upper": found.gap_upper}
-        fields = {name: (("y", "x"), found.lattice.scatter(values)) for name, values in nodal.items()}
-        fields["gap_lower_in_squares"] = (in_squares, found.gap_lower_in_cells)
-        fields["gap_upper_in_squares"] = (in_squares, found.gap_upper_in_cells)
-        attributes = {
-            "data": self.data,
-            "error_bound": found.error_bound,
-            "contact_area": list(contact.area),
-            "total_reaction": list(contact.reaction),
-            "largest_depth": list(found.largest_depth),
-            "free_boundary_width": contact.free_boundary_width,
-            "potential_energy": list(self.energy),
-            "energy_error": self.energy_error,
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> data = cq.solve(cq.Cable(1.0, spacing=0.25, tension=1.0, load=1.0, support=0.1)).continuum().to_dataset()
+        >>> data["deflection_lower"].dims, data["error_bound"].attrs["units"]
+        (('x',), 'length')
+        """
+        found = self.pointwise
+        nodal, squares = {}, None
+        if found is not None:
+            nodal = {"gap_lower": found.gap_lower, "gap_upper": found.gap_upper}
+            squares = InSquares(found.edges, found.gap_lower_in_cells, found.gap_upper_in_cells, found.contact)
+        if found is not None or self.at_nodes is not None:
+            nodal = {"deflection_lower": self.lower, "deflection_upper": self.upper, **nodal}
+        fields = {name: Field(values, "length", _meaning(name)) for name, values in nodal.items()}
+        told = {"effort": self.effort, "data": self.data, "sampled": ", ".join(self.sampled)}
+        return bounds_dataset(self.model, self._numbers(), fields, squares).assign_attrs(told)
+
+    def _numbers(self) -> dict[str, Quantity]:
+        work, root = "force times length", "square root of force times length"
+        numbers = {
+            "potential_energy": Quantity(self.energy, work, "membrane's potential energy"),
+            "energy_error": Quantity(self.energy_error, root, "bound of the energy norm of the interpolant's error"),
+            "energy_norm": Quantity(self.energy_norm, root, "energy norm of the interpolant"),
+            "contact_error": Quantity(self.contact_error, work, "bound of the work of the reaction on the gap"),
         }
-        places = {"x": found.lattice.x, "y": found.lattice.y, **squares}
-        return xr.Dataset(fields | {"contact_state": (in_squares, state)}, places, attributes)
+        if self.pointwise is not None or self.at_nodes is not None:
+            told = "bound of the answer's distance from the membrane at the nodes"
+            numbers["error_bound"] = Quantity(self.error_bound, "length", told)
+        if self.pointwise is None:
+            return numbers
+        found, contact = self.pointwise, self.pointwise.contact
+        width = "bound of the Hausdorff distance of undecided squares and free boundary"
+        return numbers | {
+            "data_part": Quantity(found.data_part, "length", "part of error_bound that comes of data between nodes"),
+            "largest_depth": Quantity(found.largest_depth, "length", "membrane's largest depth, positive downwards"),
+            "contact_area": Quantity(contact.area, "length squared", "area in contact"),
+            "total_reaction": Quantity(contact.reaction, "force", "force that the support bears"),
+            "free_boundary_width": Quantity(contact.free_boundary_width, "length", width),
+        }
 
     def _at_nodes(self, name: str) -> MembraneBounds | NodalBounds:
         return self._at_points(name) if self.at_nodes is None else self.at_nodes
 
     def _at_points(self, name: str) -> MembraneBounds:
-        if self.pointwise is None:
-            raise AttributeError(f"{name} needs solution.continuum(effort='pointwise'), this is {self.effort!r}")
-        return self.pointwise
+        if self.pointwise is not None:
+            return self.pointwise
+        if self.effort == "pointwise":
+            raise AttributeError(f"{name} is known of a Membrane, this is of {self.model!r}")
+        raise AttributeError(f"{name} needs solution.continuum(effort='pointwise'), this is {self.effort!r}")
+
+    def facts(self) -> Mapping[str, str]:
+        """Return what there is to tell, one line each, by its name."""
+        return dict(self._facts())
 
     def _facts(self) -> Iterator[tuple[str, str]]:
         lower, upper = rounded_outwards(*self.energy, digits=7)
@@ -210,6 +246,8 @@ class Continuum:
     def _facts_at_points(found: MembraneBounds) -> Iterator[tuple[str, str]]:
         yield "error at nodes", f"<= {at_most(found.error_bound)} (length)"
         contact = found.contact
+        counts = (("in contact", contact.contact), ("clear", contact.clear), ("undecided", contact.undecided))
+        yield "squares", ", ".join(f"{np.count_nonzero(where)} {name}" for name, where in counts)
         for name, bracket, unit in (
             ("largest depth", found.largest_depth, "length"),
             ("contact area", contact.area, "length squared"),
@@ -220,9 +258,17 @@ class Continuum:
         if np.isfinite(contact.free_boundary_width):
             yield "free boundary", f"within {at_most(contact.free_boundary_width)} (length) of the undecided squares"
 
-    def __str__(self) -> str:
+    @property
+    def headline(self) -> str:
+        """What this is, and whether it is proven, in a few words."""
         words = "proven of the continuum itself" if self.proven else "computed of the continuum, not proven"
-        rows = [f"Continuum({self.effort}): {words}"]
+        return f"Continuum({self.effort}): {words}"
+
+    def _repr_html_(self) -> str:
+        return card(self.headline, self.facts())
+
+    def __str__(self) -> str:
+        rows = [self.headline]
         rows += [folded(f"  {name:<19}{told}", 80, 21) for name, told in self._facts()]
         if not self.proven:
             rows.append(folded("  the bounds hold for the interpolants of the sampled data", 80, 2))
@@ -230,3 +276,8 @@ class Continuum:
 
     def __repr__(self) -> str:
         return f"Continuum({self.effort!r}, {self.data}, energy_error <= {at_most(self.energy_error)})"
+
+
+def _meaning(name: str) -> str:
+    quantity, end = name.split("_")
+    return f"proven {end} bound of the membrane's {quantity}"

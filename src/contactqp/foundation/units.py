@@ -13,6 +13,7 @@ INSTALL = "contactqp[units]"
 
 _PARTS = {
     "length": (1, 0),
+    "length squared": (2, 0),
     "force": (0, 1),
     "force per length": (-1, 1),
     "force per area": (-2, 1),

@@ -21,17 +21,35 @@ if TYPE_CHECKING:
     from ..models.records import Answered
 
 
-def solution_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
-    """Return the fields of a model's solution where the model lays them out, and the model (`Solution.to_dataset`)."""
+BESIDE = "continuum_"
+"""What the names of variables begin with that are bounds of the membrane itself."""
+
+
+def solution_dataset(solution: Answered, model: ContactModel, beside: xr.Dataset | None = None) -> xr.Dataset:
+    """Return the fields of a model's solution where the model lays them out, and the model (`Solution.to_dataset`).
+
+    Parameters
+    ----------
+    solution : Solution
+    model : Membrane, Cable, CableNet or another model
+    beside : xarray.Dataset, optional
+        Bounds of the membrane itself, which become variables and attributes by their names after `BESIDE`.
+    """
     data, record = dataset_of(model, fields_of(solution)).assign_attrs(facts_of(solution, model)), record_of(model)
     for name, (dimensions, values, meaning) in record.variables.items():
         data[name] = (dimensions, values, {"long_name": meaning})
-    return data.assign_attrs(record.attributes)
+    data = data.assign_attrs(record.attributes)
+    if beside is None:
+        return data
+    # What tells where squares begin and end is named by their coordinates, as it is.
+    named = [name for name in beside.data_vars if not str(name).endswith("_bounds")]
+    about = {f"{BESIDE}{name}": told for name, told in beside.attrs.items()}
+    return data.merge(beside.rename({name: f"{BESIDE}{name}" for name in named})).assign_attrs(about)
 
 
-def file_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
+def file_dataset(solution: Answered, model: ContactModel, beside: xr.Dataset | None = None) -> xr.Dataset:
     """Return what files hold: these fields by the conventions of CF, where they come from, and the whole model."""
-    data = solution_dataset(solution, model)
+    data = solution_dataset(solution, model, beside)
     if not model.supported.all():
         # Without a support a gap is infinite, and the one that was solved for is counted from the frame's mean height.
         gap = Field(solution.gap, "length", "gap as solved for, without a support from the frame's mean height")
@@ -40,6 +58,8 @@ def file_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
         variable.attrs = _by_conventions(variable.attrs)
     for axis in {"x", "y"} & set(data.dims):
         data[axis].attrs |= {"axis": str(axis).upper(), "long_name": f"{axis} of the nodes"}
+    for axis in {"x_square", "y_square"} & set(data.dims):
+        data[axis].attrs["axis"] = str(axis)[0].upper()
     if "contact_state" in data:
         states = {"flag_values": np.array(list(map(float, NodeState))), "flag_meanings": _MEANINGS}
         data["contact_state"].attrs |= states
@@ -50,7 +70,15 @@ def file_dataset(solution: Answered, model: ContactModel) -> xr.Dataset:
 
 _MEANINGS = " ".join(state.name.lower() for state in NodeState)
 
-_NO_UNITS = ("length", "force", "force per area", "force per length")
+_NO_UNITS = (
+    "length",
+    "force",
+    "force per area",
+    "force per length",
+    "length squared",
+    "force times length",
+    "square root of force times length",
+)
 """What a model calls its units as long as it has not been told them; CF takes symbols only."""
 
 
@@ -66,10 +94,12 @@ def _tell_system(data: xr.Dataset, crs: str) -> None:
     """Say in which coordinate reference system x and y are, as CF and GDAL read it."""
     data["spatial_ref"] = ((), np.int32(0), {"crs_wkt": _wkt(crs), "spatial_ref": crs})
     for name, variable in data.data_vars.items():
-        if name != "spatial_ref" and {"x", "y"} <= set(variable.dims):
+        if name != "spatial_ref" and (
+            {"x", "y"} <= set(variable.dims) or {"x_square", "y_square"} <= set(variable.dims)
+        ):
             variable.attrs["grid_mapping"] = "spatial_ref"
-    for axis in {"x", "y"} & set(data.dims):
-        data[axis].attrs["standard_name"] = f"projection_{axis}_coordinate"
+    for axis in {"x", "y", "x_square", "y_square"} & set(data.dims):
+        data[axis].attrs["standard_name"] = f"projection_{str(axis)[0]}_coordinate"
 
 
 def _wkt(crs: str) -> str:

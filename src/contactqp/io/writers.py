@@ -25,11 +25,13 @@ from .zarr_stores import INSTALL as ZARR
 from .zarr_stores import write_zarr
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from ..models.base import ContactModel
     from ..models.records import Answered
 
 
-def write_solution(solution: Answered, model: ContactModel, path: Path) -> None:
+def write_solution(solution: Answered, model: ContactModel, path: Path, beside: xr.Dataset | None = None) -> None:
     """Write a model's solution into a file of the format that its suffix names, replacing one of that name as a whole.
 
     Parameters
@@ -39,6 +41,8 @@ def write_solution(solution: Answered, model: ContactModel, path: Path) -> None:
         The solution's.
     path : Path
         Its suffix must be one of `WRITERS`, and its folder must exist.
+    beside : xarray.Dataset, optional
+        Bounds of the membrane itself, for files that hold a dataset; see `contactqp.io.datasets.solution_dataset`.
 
     Raises
     ------
@@ -57,8 +61,32 @@ def write_solution(solution: Answered, model: ContactModel, path: Path) -> None:
     """
     require_writable(path, tuple(WRITERS), "solution")
     require_suitable(path, model)
+    suffix = path.suffix.lower()
+    if beside is not None:
+        require_dataset(path)
     with replaced_as_a_whole(path) as unfinished:
-        WRITERS[path.suffix.lower()](solution, model, unfinished)
+        if beside is None:
+            WRITERS[suffix](solution, model, unfinished)
+        else:
+            _DATASETS[suffix](file_dataset(solution, model, beside), unfinished)
+
+
+_DATASETS: dict[str, Callable[[xr.Dataset, Path], None]] = {".nc": write_netcdf_anew, ".zarr": write_zarr}
+"""What writes a dataset into a file that nobody reads yet."""
+
+
+def holds_bounds(path: Path) -> bool:
+    """Whether a file of such a suffix has room for bounds of the membrane itself."""
+    return path.suffix.lower() in _DATASETS
+
+
+def require_dataset(path: Path) -> None:
+    """Raise a ValueError unless a file of such a suffix has room for bounds of the membrane itself."""
+    if not holds_bounds(path):
+        known = " and ".join(_DATASETS)
+        raise ValueError(
+            f"{path}: bounds of the membrane itself go into {known} files; write the answer alone, or those"
+        )
 
 
 def write_bare(solution: Answered, path: Path) -> None:

@@ -9,6 +9,7 @@ from ..foundation.pictures import PLAIN, Wanted
 from ..foundation.text import at_most, counted
 from ..models.records import subject_of
 from .geometry import figure_of
+from .of_squares import Strip, draw_strip
 from .on_line import ALONG_THE_LINE
 from .section import REACTION
 from .space import answer_in_space
@@ -23,11 +24,12 @@ if TYPE_CHECKING:
     from ..models.records import Answered, Enclosed
 
 
-def plot_solution(solution: Answered, wanted: Wanted = PLAIN) -> Figure:
+def plot_solution(solution: Answered, wanted: Wanted = PLAIN, strip: Strip | None = None) -> Figure:
     """Draw a solution: for a membrane its contact map beside the middle section, for a cable the section alone.
 
     A cable net is drawn in plan and in space, any model whose nodes lie in a line as a cable is, and a bare problem by
-    its gaps and reactions, sorted. In axes of the user's own there is the map, or a cable's shape, alone.
+    its gaps and reactions, sorted. In axes of the user's own there is the map, or a cable's shape, alone. A strip is
+    drawn over the map.
     """
     subject = subject_of(solution)
     if wanted.ax is not None:
@@ -35,10 +37,14 @@ def plot_solution(solution: Answered, wanted: Wanted = PLAIN) -> Figure:
         text = headline(solution).split(",")[0] if wanted.title is None else wanted.title
         wanted.ax.set_title(text, fontsize="medium")
         with_units([wanted.ax], wanted)
+        if strip is not None:
+            draw_strip(wanted.ax, strip)
         return figure_of(wanted.ax)
     figure = answer_figure(subject, solution, wanted)
     head(figure, headline(solution) if wanted.title is None else wanted.title)
     with_units(figure.axes, wanted)
+    if strip is not None:
+        draw_strip(figure.axes[0], strip)
     return figure
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -10,12 +10,27 @@ from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
 from ..foundation.pictures import Wanted
 from .geometry import axes_for, figure_of, finish
-from .style import CLEAR, CONTACT, UNDECIDED
+from .style import CLEAR, CONTACT, INK, UNDECIDED
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _KINDS = (("certainly clear", CLEAR), ("undecided", UNDECIDED), ("certainly in contact", CONTACT))
+
+
+class Strip(NamedTuple):
+    """Squares that hold a free boundary.
+
+    Attributes
+    ----------
+    edges : pair of arrays, shapes (columns + 1,) and (rows + 1,)
+        x and y of the lines between squares (length).
+    squares : array of bool, shape (rows, columns)
+    """
+
+    edges: tuple[Vector, Vector]
+    squares: Mask
 
 
 def map_of_squares(edges: tuple[Vector, Vector], states: tuple[Mask, Mask, Mask], wanted: Wanted, title: str) -> Figure:
@@ -45,6 +60,38 @@ def map_of_squares(edges: tuple[Vector, Vector], states: tuple[Mask, Mask, Mask]
     shown = [
         Patch(color=colour, label=name) for (name, colour), state in zip(_KINDS, states, strict=True) if state.any()
     ]
-    axes.legend(handles=shown, loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "frameon": False, "fontsize": "small"}
+    axes.legend(handles=shown, ncols=3, **place)
     finish(axes, wanted, title)
     return figure_of(axes)
+
+
+def draw_strip(axes: Axes, strip: Strip) -> None:
+    """Draw over a map the squares that hold the free boundary, hatched, and say so in the map's title.
+
+    Parameters
+    ----------
+    axes : Axes
+    strip : Strip
+    """
+    load_modules("matplotlib.collections", "matplotlib.patches")
+    from matplotlib.collections import LineCollection, PatchCollection
+    from matplotlib.patches import Rectangle
+
+    x, y = strip.edges
+    padded = np.pad(strip.squares, 1).astype(np.int8)
+    # Runs of squares along each row, so that hatches go through.
+    starts, ends = (np.argwhere(np.diff(padded[1:-1], axis=1) == sign) for sign in (1, -1))
+    runs = [
+        Rectangle((x[first], y[row]), x[last] - x[first], y[row + 1] - y[row])
+        for (row, first), (_, last) in zip(starts, ends, strict=True)
+    ]
+    axes.add_collection(
+        PatchCollection(runs, facecolor="none", edgecolor=INK, hatch="/////", linewidth=0.0, zorder=2.4)
+    )
+    upright = [[(x[k], y[row]), (x[k], y[row + 1])] for row, k in np.argwhere(np.diff(padded[1:-1], axis=1))]
+    level = [[(x[k], y[row]), (x[k + 1], y[row])] for row, k in np.argwhere(np.diff(padded[:, 1:-1], axis=0))]
+    axes.add_collection(LineCollection([*upright, *level], colors=INK, linewidths=0.8, zorder=2.4))
+    axes.set_title(
+        f"{axes.get_title()}\nhatched: the strip that holds the membrane's own free boundary", fontsize="medium"
+    )

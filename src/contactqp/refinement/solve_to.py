@@ -14,7 +14,7 @@ from ..continuum.membrane import MembraneBounds
 from ..continuum.result import Continuum
 from ..foundation.checks import Vector, integer_at_least, positive_number
 from ..foundation.loading import load_modules
-from ..foundation.text import at_most, counted
+from ..foundation.text import at_most, counted, folded
 from ..models.membrane import Membrane
 from ..solving.solution import Solution
 from ..solving.solve import solve
@@ -109,6 +109,23 @@ class SolvedTo:
                 for solution, found, seconds in zip(self.solutions, self.continua, self.seconds, strict=True)
             ]
         )
+
+    def __str__(self) -> str:
+        """Tell of each lattice how near it comes to the membrane, and what the last bound consists of."""
+        rows = ["  spacing       nodes   within  of the error scale  undecided  seconds"]
+        for solution, found, relative, seconds in zip(
+            self.solutions, self.continua, self.relative_bounds, self.seconds, strict=True
+        ):
+            share = f"{at_most(100 * _undecided(_pointwise(found)))} %"
+            rows.append(
+                f"  {_spacing_of(solution):<9.4g} {solution.problem.size:>9}  {at_most(found.error_bound):>7}  "
+                f"{at_most(relative):>18}  {share:>9}  {seconds:>7.3g}"
+            )
+        parts = _parts(self.solution, _pointwise(self.continuum))
+        told = ", ".join(f"{name} {at_most(part)}" for name, part in parts.items())
+        head = f"Membrane within {at_most(self.continuum.error_bound)} (length): {self.ended}"
+        wanted = f"  wanted {self.tolerance:g} of the error scale; the bound consists of {told}"
+        return "\n".join([head, *rows, folded(wanted, 80, 2)])
 
     def __repr__(self) -> str:
         return (

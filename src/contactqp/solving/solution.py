@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ..algebra.conditioning import digits_kept
 from ..backends.base import Answer, Backend, State, Stop
 from ..backends.contract import checked_answer
 from ..continuum.enclosed import continuum_of
+from ..continuum.energy_estimate import EnergyEstimate, energy_estimate
 from ..continuum.estimate import DiscretisationEstimate, discretisation_estimate
 from ..continuum.result import Continuum
 from ..errors import ContactWarning, NotCertifiedError
@@ -56,6 +57,9 @@ if TYPE_CHECKING:
     from .sensitivity import Sensitivity
 
 OnFailure = Literal["warn", "raise", "ignore"]
+
+Effort = Literal["energy", "pointwise"]
+"""How much is asked about the membrane itself, see `Solution.continuum`."""
 
 _SHARP_ON_LATTICES = 100_000
 """Nodes up to which a sharp certificate takes some hundredths of a second."""
@@ -708,7 +712,7 @@ class Solution:
 
         return Sensitivity(self, tolerance)
 
-    def continuum(self, effort: Literal["energy", "pointwise"] = "energy") -> Continuum:
+    def continuum(self, effort: Effort = "energy") -> Continuum:
         """Return what this answer proves of the membrane itself, its distance from the lattice included.
 
         The certificate tells how far an answer is from the solution of the *lattice's* equations. This tells how far it
@@ -722,7 +726,7 @@ class Solution:
             pass; see `contactqp.continuum.energy`. ``"pointwise"``: besides, bounds of the deflection at every point,
             of the contact area, the total reaction and the free boundary, for a membrane of one tension over one
             support; the lattice is solved again a few times for that, from this answer on, which takes some five to ten
-            times as long as a solve. See `contactqp.continuum.pointwise`.
+            times as long as a solve. See `contactqp.continuum.pointwise`. Either is computed once, and kept.
 
         Returns
         -------
@@ -748,31 +752,52 @@ class Solution:
         (True, True, True)
         """
         one_of(effort, ("energy", "pointwise"), "effort")
+        return self._pointwise_bounds if effort == "pointwise" else self._energy_bounds
+
+    @cached_property
+    def _energy_bounds(self) -> Continuum:
         model = self._physical("continuum")
         self._require_finite()
-        if effort == "pointwise" and isinstance(model, Membrane):
-            return continuum_of(model, self.gap, effort, Resolved(model, self.gap, Solution.by))
-        return continuum_of(model, self.gap, effort)
+        return continuum_of(model, self.gap, "energy")
 
-    def discretisation_estimate(self) -> DiscretisationEstimate:
-        """Estimate how far the lattice's deflections are from the membrane's, from lattices of other spacings.
+    @cached_property
+    def _pointwise_bounds(self) -> Continuum:
+        model = self._physical("continuum")
+        self._require_finite()
+        resolve = Resolved(model, self.gap, Solution.by) if isinstance(model, Membrane) else None
+        return continuum_of(model, self.gap, "pointwise", resolve)
 
-        The model is solved again with half the spacing, which takes about four times what this answer took, and, where
-        its frame runs along lines of a lattice of twice the spacing, on that one, too. Nothing is proven by it: see
-        `continuum` for what is. On the gallery's membranes with closed forms the largest error is estimated to within
-        0.7 to 1.5 of the true one.
+    @overload
+    def discretisation_estimate(self, effort: Literal["energy"] = "energy") -> EnergyEstimate: ...
+    @overload
+    def discretisation_estimate(self, effort: Literal["pointwise"]) -> DiscretisationEstimate: ...
+    def discretisation_estimate(self, effort: Effort = "energy") -> EnergyEstimate | DiscretisationEstimate:
+        """Estimate how far the answer is from the membrane itself, from lattices of other spacings.
+
+        Nothing is proven by it: see `continuum` for what is. On the gallery's membranes with closed forms either is
+        within 0.7 to 1.5 times the true error.
+
+        Parameters
+        ----------
+        effort : {"energy", "pointwise"}
+            ``"energy"``: the error in the energy norm, from lattices of twice and four times the spacing, which take a
+            third of what this answer took. ``"pointwise"``: the error of the deflection at each node, from a lattice of
+            half the spacing, which takes four to six times as long. Coarser lattices do not tell it: it depends on
+            where between two nodes the free boundary lies.
 
         Returns
         -------
-        DiscretisationEstimate
+        EnergyEstimate or DiscretisationEstimate
 
         Raises
         ------
         AttributeError
             If there is no model, as of a bare problem.
         TypeError, ValueError
-            If it is no membrane whose frame runs along lines of the lattice, or the answer is not finite.
+            If ``effort`` is unknown, it is no membrane whose frame runs along lines of the lattice, and, for the energy
+            norm, of one of twice the spacing; or the answer is not finite.
         """
+        one_of(effort, ("energy", "pointwise"), "effort")
         model = self._physical("discretisation_estimate")
         self._require_finite()
 
@@ -782,13 +807,15 @@ class Solution:
             answer.report("warn")
             return answer.gap
 
+        if effort == "energy":
+            return energy_estimate(model, self.gap, solve)
         return discretisation_estimate(model, self.gap, solve)
 
     def _require_finite(self) -> None:
         if not self.finite:
             raise ValueError(f"there is no finite answer to go on from: {self.backend} said {self.termination!r}")
 
-    def to_dataset(self) -> xr.Dataset:
+    def to_dataset(self, *, continuum: Effort | None = None) -> xr.Dataset:
         """Return all fields on the lattice as an xarray.Dataset with dims y and x (a cable: x), nan outside the frame.
 
         Variables: gap, deflection, support, ceiling, foundation, tension (or tension_x and tension_y; where there are
@@ -797,12 +824,30 @@ class Solution:
         with the support, 2 with an upper bound, 0 certainly clear, -1 undecided). Where there is no support, gap and
         its bounds are infinite. A cable net's has the dim node, with the coordinates x, y and point, and no
         contact_pressure.
+
+        Parameters
+        ----------
+        continuum : {"energy", "pointwise"}, optional
+            Whether to carry what is proven of the membrane itself, see `continuum`: the variables and attributes of
+            `Continuum.to_dataset`, whose names begin with ``continuum_`` here.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> solution = cq.solve(cq.Cable(1.0, spacing=0.25, tension=1.0, load=1.0, support=0.1))
+        >>> data = solution.to_dataset(continuum="energy")
+        >>> bool((data["continuum_deflection_lower"] <= data["deflection"]).all()), data.attrs["continuum_data"]
+        (True, 'exact')
         """
         from ..io.datasets import solution_dataset
 
-        return solution_dataset(self, self._physical("to_dataset"))
+        return solution_dataset(self, self._physical("to_dataset"), self._beside(continuum))
 
-    def save(self, path: str | Path) -> Path:
+    def _beside(self, effort: Effort | None) -> xr.Dataset | None:
+        """Return what is proven of the membrane itself as a dataset, if it is asked for."""
+        return None if effort is None else self.continuum(effort).to_dataset()
+
+    def save(self, path: str | Path, *, continuum: Effort | None = None) -> Path:
         """Write the solution into a file of the format that its suffix names, replacing one of that name as a whole.
 
         Parameters
@@ -813,6 +858,8 @@ class Solution:
             the deflected shape, and ``.vti``: the fields of a lattice, for ParaView; ``.tif``: a GeoTIFF of a
             membrane's fields; ``.geojson``: its contact patches. Of a bare problem ``.csv``, a line for each node, or
             ``.npz``, arrays by name with the problem, which `contactqp.load_solution` reads as well.
+        continuum : {"energy", "pointwise"}, optional
+            Whether ``.nc`` and ``.zarr`` carry what is proven of the membrane itself, see `to_dataset`.
 
         Returns
         -------
@@ -833,13 +880,15 @@ class Solution:
         >>> cq.load_solution(file).status.value
         'certified'
         """
-        from ..io.writers import write_bare, write_solution
+        from ..io.writers import require_dataset, write_bare, write_solution
 
         path = path_of(path)
+        if continuum is not None:
+            require_dataset(path)
         if self.model is None:
             write_bare(self, path)
         else:
-            write_solution(self, self.model, path)
+            write_solution(self, self.model, path, self._beside(continuum))
         return path
 
     def patches(self) -> pd.DataFrame:
@@ -900,6 +949,7 @@ class Solution:
         section: float | None = None,
         title: str | None = None,
         units: UnitNames = "",
+        continuum: Literal["pointwise"] | None = None,
     ) -> Figure:
         """Draw the contact map and a section with support, deflection and reaction.
 
@@ -921,6 +971,8 @@ class Solution:
             Headline in place of the picture's own.
         units : str or mapping, optional
             Unit of length for labels, as ``"m"``, or ``{"length": "m", "force": "kN"}``.
+        continuum : {"pointwise"}, optional
+            Whether to draw in the map the strip that holds the free boundary of the membrane itself, see `continuum`.
 
         Returns
         -------
@@ -929,10 +981,15 @@ class Solution:
         from ..plotting.answers import plot_solution
 
         one_of(kind, ("map", "surface"), "kind")
+        if continuum is not None:
+            one_of(continuum, ("pointwise",), "continuum")
+            if kind == "surface":
+                raise ValueError("the strip of the free boundary is drawn in a map; leave kind or continuum out")
         if kind == "surface":
             figure: Figure = self.plot3d(ax, title=title, units=units)
             return figure
-        return plot_solution(self, Wanted(ax, section, title, units))
+        strip = None if continuum is None else self.continuum(continuum).strip
+        return plot_solution(self, Wanted(ax, section, title, units), strip)
 
     def plot3d(
         self, ax: Any = None, *, title: str | None = None, units: UnitNames = "", interactive: bool = False
