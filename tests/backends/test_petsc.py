@@ -24,7 +24,6 @@ COMING_FROM = Path(__file__).parents[2] / "docs" / "coming-from" / "petsc.md"
 
 installed = pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
 with_ranks = pytest.mark.skipif(INTERPRETER is None or INTERPRETER.mpiexec is None, reason="there is no mpiexec")
-apart = pytest.mark.skipif(INTERPRETER is None or INTERPRETER.here, reason="PETSc is called in this process")
 
 
 @pytest.fixture
@@ -121,6 +120,18 @@ def test_options_are_passed_on_by_name(tmp_path, capfd):
 
 
 @installed
+def test_options_that_nothing_asks_for_are_told_once():
+    options = {"ksp_rtoll": 1e-9, "ksp_atol": 1e-50, "pc_gamg_threshold": 0.1, "malloc_debug": False}
+    solver = cq.Solver(HEXAGON, "petsc", petsc_options=options)  # few unknowns are factorised
+    with pytest.warns(
+        cq.ContactWarning, match="petsc_options has 'ksp_rtoll', 'pc_gamg_threshold', which "
+    ) as told:
+        assert solver.solve().status == "certified"
+    assert told[0].filename == __file__
+    assert solver.solve(load=0.05).status == "certified"
+
+
+@installed
 def test_as_it_is_shipped_it_is_called_once():
     solution = cq.solve(HEXAGON, "petsc", tol="default", on_failure="ignore")
     assert solution.note == "SNESVI as PETSc is shipped: at most 50 steps, rtol 1e-8"
@@ -128,7 +139,6 @@ def test_as_it_is_shipped_it_is_called_once():
 
 
 @installed
-@apart
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=[with_ranks, pytest.mark.slow])])
 def test_a_worker_that_fails_is_a_failed_answer_with_its_words(ranks, started):
     solution = cq.solve(HEXAGON, "petsc", ranks=ranks, petsc_options={"pc_type": "nosuch"}, on_failure="ignore")
@@ -139,7 +149,6 @@ def test_a_worker_that_fails_is_a_failed_answer_with_its_words(ranks, started):
 
 
 @installed
-@apart
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=[with_ranks, pytest.mark.slow])])
 def test_a_worker_that_is_killed_between_loads_is_started_again(ranks, started):
     solver = cq.Solver(HEXAGON, "petsc", ranks=ranks)
@@ -180,7 +189,6 @@ def test_the_hexagon_is_certified_down_to_its_reachable_tolerance():
 
 
 @installed
-@apart
 def test_the_program_that_the_page_for_its_users_shows_runs_and_is_certified(tmp_path):
     code = re.search(r"```py\n(.*?)```", COMING_FROM.read_text(encoding="utf-8"), flags=re.DOTALL)
     assert code is not None

@@ -1,4 +1,4 @@
-"""Where PETSc is on this machine: beside this interpreter's numpy, or in another interpreter."""
+"""Where PETSc is on this machine, and how a matrix gets there."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..methods.factors import DIRECT_SIZE
 from . import petsc_worker
 from .in_files import InFiles
 from .interpreters import Interpreter, interpreter_with
-from .processes import Here, Lost, LostProcessError, Placed
+from .processes import Lost, LostProcessError, Placed
 
 VARIABLE = "CONTACTQP_PETSC_PYTHON"
 """The environment variable that may name an interpreter with petsc4py."""
@@ -41,7 +41,7 @@ def options(size: int, ranks: int) -> dict[str, Any]:
 
 
 def placed(matrix: Any, ranks: int, told: Mapping[str, Any]) -> Placed:
-    """Return a matrix in PETSc, see `contactqp.backends.petsc_worker.System`.
+    """Return a matrix in PETSc, see `contactqp.backends.petsc_worker.System`: always in a process of its own.
 
     Parameters
     ----------
@@ -53,8 +53,8 @@ def placed(matrix: Any, ranks: int, told: Mapping[str, Any]) -> Placed:
         PETSc's options, by name.
     """
     found, arrays = interpreter(), {name: getattr(matrix, name) for name in ("indptr", "indices", "data")}
-    if found is None or (found.here and ranks == 1):
-        return Here(petsc_worker.System, arrays, told)
+    if found is None:
+        return Lost(LostProcessError("no interpreter has petsc4py any more"))
     try:
         return InFiles(found, petsc_worker.__file__, ranks, arrays, {"options": told})
     except LostProcessError as error:

@@ -1,17 +1,17 @@
 """PETSc's side of the backend ``petsc``: a matrix in PETSc, and what SNESVI finds with it.
 
-The package imports this module where petsc4py stands beside it. Elsewhere another interpreter runs the file, in one
-process or as the ranks of one MPI program: it imports numpy and petsc4py alone, and old ones will do (Python 3.10,
-numpy 1.20). What it is asked then, and what it answers, stands in files, see `contactqp.backends.in_files`.
+An interpreter that has petsc4py runs this file, in one process or as the ranks of one MPI program: it imports numpy and
+petsc4py alone, and old ones will do (Python 3.10, numpy 1.20). What it is asked, and what it answers, stands in files,
+see `contactqp.backends.in_files`.
 """
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import shutil
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -37,16 +37,9 @@ The first two are names of one option, in releases after each other.
 _INFINITE = 1e300
 """What counts as no bound: PETSc's own infinity is less than that of floating-point numbers."""
 
-_guard = threading.Lock()
-"""PETSc is used by one thread at a time."""
-
 
 class _Left(Exception):  # noqa: N818  (a finding, not a fault)
-    """The time is over, or nobody waits any more."""
-
-
-def _never() -> bool:
-    return False
+    """The time is over."""
 
 
 class System:
@@ -57,15 +50,10 @@ class System:
     matrix : mapping of str to array
         "indptr", "indices" and "data" of all rows of a symmetric matrix.
     options : mapping of str to object
-        PETSc's options by name, without a dash; None for one that has no value.
-    together : bool
-        Whether all ranks of this program share the matrix.
+        PETSc's options by name, without a dash, which are in its database.
     """
 
-    def __init__(self, matrix: Mapping[str, Any], options: Mapping[str, Any], together: bool = False) -> None:
-        import petsc4py
-
-        petsc4py.init()
+    def __init__(self, matrix: Mapping[str, Any], options: Mapping[str, Any]) -> None:
         from petsc4py import PETSc
 
         if np.dtype(PETSc.ScalarType).kind == "c":
@@ -76,7 +64,7 @@ class System:
         if self._renews:
             del self._options["pc_type"]
             PETSc.Options().delValue("pc_type")
-        self.comm = PETSc.COMM_WORLD if together else PETSc.COMM_SELF
+        self.comm = PETSc.COMM_WORLD
         self.ranks, self.rank = self.comm.getSize(), self.comm.getRank()
         size = len(matrix["indptr"]) - 1
         share, more = divmod(size, self.ranks)
@@ -87,18 +75,16 @@ class System:
         numbers = (np.array(given, dtype=PETSc.IntType) for given in (rows - rows[0], matrix["indices"][part]))
         csr = (*numbers, np.array(matrix["data"][part]))
         local = self.mine.stop - first, size
-        with _guard, self._told(self._options):
-            self.program = _Program(PETSc.Mat().createAIJ((local, local), csr=csr, comm=self.comm))
-            self._share = PETSc.Vec().createMPI((1, self.ranks), comm=self.comm)
+        self.program = _Program(PETSc.Mat().createAIJ((local, local), csr=csr, comm=self.comm))
+        self._share = PETSc.Vec().createMPI((1, self.ranks), comm=self.comm)
         self._fresh = True
 
     def start(self, vectors: Mapping[str, Any], _told: Mapping[str, Any]) -> tuple[None, dict[str, Any]]:
         """Start the next solve from a gap, ``vectors["gap"]``, shape (n,), or where there is none, as the first."""
-        with _guard:
-            self.program.gap.set(0.0)
-            self._fresh = "gap" not in vectors
-            if not self._fresh:
-                self.program.gap.setArray(vectors["gap"][self.mine])
+        self.program.gap.set(0.0)
+        self._fresh = "gap" not in vectors
+        if not self._fresh:
+            self.program.gap.setArray(vectors["gap"][self.mine])
         return None, {}
 
     def solve(self, vectors: Mapping[str, Any], told: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
@@ -111,32 +97,32 @@ class System:
         told : mapping of str to object
             "steps", the limit of steps; "seconds", that of time, or None; "eps", how far the residual is to fall, of
             the forces, both in the Euclidean norm, or None for PETSc's own tolerances; "coarse", whether to begin
-            with coarser problems; "history", whether to record the steps; "stopped", which tells whether to go on,
-            where it could be handed over.
+            with coarser problems; "history", whether to record the steps.
 
         Returns
         -------
         gap : array
             This rank's share.
         facts : dict
-            "word", "steps", and "history": of each step the nodes that are "active" and have "changed" sides, and the
-            norm of the "residual".
+            "word", "steps", "unused", the options that nothing has asked for, and "history": of each step the nodes
+            that are "active" and have "changed" sides, and the norm of the "residual".
         """
         infinity, program, log = float(self._petsc.INFINITY), self.program, _Log(self, told)
-        with _guard, self._told(self._options):
-            for vector, name in ((program.forces, "q"), (program.lower, "l"), (program.upper, "u")):
-                vector.setArray(np.clip(vectors[name][self.mine], -infinity, infinity))
-            word = _TIME
-            try:
-                if self._fresh and told["coarse"]:
-                    self._start_coarse(log)
-                word = self._found(program, log.step, told["eps"], told["steps"])
-            except Exception:
-                if not log.left:
-                    raise
-            self._fresh = False
-            facts = {"word": word, "steps": log.steps, "history": log.history}
-            return np.array(program.gap.getArray()), facts
+        for vector, name in ((program.forces, "q"), (program.lower, "l"), (program.upper, "u")):
+            vector.setArray(np.clip(vectors[name][self.mine], -infinity, infinity))
+        word = _TIME
+        try:
+            if self._fresh and told["coarse"]:
+                self._start_coarse(log)
+            word = self._found(program, log.step, told["eps"], told["steps"])
+        except Exception:
+            if not log.left:
+                raise
+        self._fresh = False
+        # Before the first step is over, not all has been set up that may ask for an option.
+        unused = self._unused() if log.steps else []
+        facts = {"word": word, "steps": log.steps, "unused": unused, "history": log.history}
+        return np.array(program.gap.getArray()), facts
 
     def total(self, value: float) -> float:
         """Return the sum of a number over all ranks."""
@@ -167,12 +153,26 @@ class System:
             snes.destroy()
         return next((name for name, number in vars(reasons).items() if number == reason), f"reason {reason}")
 
+    def _unused(self) -> list[str]:
+        """Return the options that nothing has asked for so far; of PETSc's own functions petsc4py has none for that."""
+        try:
+            answer = ctypes.CDLL(self._petsc.__file__).PetscOptionsUsed
+        except AttributeError:  # hidden, where PETSc is linked into petsc4py
+            return []
+        used = ctypes.c_int()
+
+        def asked_for(name: str) -> bool:
+            failed = answer(None, name.encode(), ctypes.byref(used))
+            return bool(failed or used.value)
+
+        return [name for name in self._options if not asked_for(name)]
+
     def _start_coarse(self, log: _Log) -> None:
         """Start from the solution of coarser problems, each from the next coarser one's.
 
         From zero the contact set would move by a layer of nodes in each step.
         """
-        with self._told({**_CLOSE, **self._options}):
+        with self._told({name: value for name, value in _CLOSE.items() if name not in self._options}):
             levels = self._multigrid(self.program.matrix, self.program.matrix)
         programs, fine = [self.program], self.program
         for level in range(levels.getMGLevels() - 1, 0, -1):
@@ -196,9 +196,8 @@ class System:
 
     @contextmanager
     def _told(self, options: Mapping[str, Any]) -> Iterator[None]:
-        """Put options into PETSc's database, and restore it after that."""
+        """Put options into PETSc's database that are not there, and take them out after that."""
         database = self._petsc.Options()
-        before = {name: database.getString(name) for name in options if database.hasName(name)}
         for name, value in options.items():
             database.setValue(name, _text(value))
         try:
@@ -206,8 +205,6 @@ class System:
         finally:
             for name in options:
                 database.delValue(name)
-            for name, text in before.items():
-                database.setValue(name, text)
 
 
 class _Program:
@@ -303,16 +300,14 @@ class _Log:
 
     def __init__(self, system: System, told: Mapping[str, Any]) -> None:
         self._system, self._records = system, bool(told["history"])
-        self._stopped: Callable[[], bool] = told.get("stopped") or _never
         self._end = np.inf if told["seconds"] is None else time.monotonic() + told["seconds"]
         self._before: Any = None
         self.steps, self.left = 0, False
         self.history: dict[str, list[float]] = {"active": [], "changed": [], "residual": []} if self._records else {}
 
     def look(self, *_: Any) -> None:
-        """Look at the clock, and whether somebody waits; all ranks leave together."""
-        late = self._stopped() or time.monotonic() > self._end
-        if self._system.total(float(late)):
+        """Look at the clock; all ranks leave together."""
+        if self._system.total(float(time.monotonic() > self._end)):
             self.left = True
             raise _Left
 
@@ -357,7 +352,7 @@ def main(folder: Path, caller: int) -> None:
         raise RuntimeError(
             f"PETSc sees {found} ranks where {ranks} were started: this mpiexec belongs to another MPI than PETSc's"
         )
-    system = System(asked["arrays"], options, together=True)
+    system = System(asked["arrays"], options)
     _answer(folder, number, rank, None, {})
     while True:
         number += 1
