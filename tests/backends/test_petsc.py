@@ -13,6 +13,7 @@ from meshes import bowl_on_triangles
 
 import contactqp as cq
 from contactqp import backends
+from contactqp.algebra.stencil import Stencil
 from contactqp.backends import petsc, petsc_place
 from contactqp.methods.factors import DIRECT_SIZE
 from contactqp.testing import check_backend
@@ -91,6 +92,30 @@ def test_the_hexagon_is_certified_and_its_steps_are_told(ranks):
 
 
 @installed
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=with_ranks)])
+@pytest.mark.parametrize("shape", [(70, 61), (1, 4101)])
+def test_a_lattice_with_gaps_and_two_bounds_is_solved_by_multigrid_on_coarser_lattices(shape, ranks):
+    rng = np.random.default_rng(1)
+    mask = np.ones(shape, dtype=bool)
+    mask[20:40, 30:35] = False
+    rows, columns = shape
+    arms = rng.uniform(0.5, 5.0, (rows, columns + 1)), rng.uniform(0.5, 5.0, (rows + 1, columns)) * (rows > 1)
+    stencil = Stencil(mask, *arms)
+    lower, upper = (
+        np.where(rng.random(stencil.size) < 0.1, far, near) for far, near in ((-np.inf, 0.0), (np.inf, 0.5))
+    )
+    problem = cq.ContactQP(stencil, rng.uniform(-0.1, 0.11, stencil.size), lower=lower, upper=upper)
+    solution = cq.solve(problem, "petsc", ranks=ranks, history=True)
+    exact = cq.solve(problem, "active-set", tol=1e-9)
+    assert problem.size > DIRECT_SIZE
+    assert solution.status == "certified"
+    np.testing.assert_allclose(solution.gap, exact.gap, atol=1e-6 * problem.gap_scale)
+    held = (exact.gap == lower) | (exact.gap == upper)
+    assert held.any()
+    assert solution.history["active"][-1] == held.sum()
+
+
+@installed
 @pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=with_ranks)])
 def test_a_mesh_between_two_bounds_is_solved_by_multigrid(ranks):
@@ -123,9 +148,7 @@ def test_options_are_passed_on_by_name(tmp_path, capfd):
 def test_options_that_nothing_asks_for_are_told_once():
     options = {"ksp_rtoll": 1e-9, "ksp_atol": 1e-50, "pc_gamg_threshold": 0.1, "malloc_debug": False}
     solver = cq.Solver(HEXAGON, "petsc", petsc_options=options)  # few unknowns are factorised
-    with pytest.warns(
-        cq.ContactWarning, match="petsc_options has 'ksp_rtoll', 'pc_gamg_threshold', which "
-    ) as told:
+    with pytest.warns(cq.ContactWarning, match="petsc_options has 'ksp_rtoll', 'pc_gamg_threshold', which ") as told:
         assert solver.solve().status == "certified"
     assert told[0].filename == __file__
     assert solver.solve(load=0.05).status == "certified"

@@ -1,4 +1,4 @@
-"""PETSc: SNESVI, Newton steps in the space of the unknowns that no bound holds, with algebraic multigrid (GAMG).
+"""PETSc: SNESVI, Newton steps in the space of the unknowns that no bound holds, with multigrid (PCMG, GAMG).
 
 Benson and Munson, *Flexible complementarity solvers for large-scale applications*, Optimization Methods and Software 21
 (2006); Balay and others, *PETSc/TAO users manual*, Argonne National Laboratory.
@@ -30,7 +30,7 @@ class Petsc(Backend):
     """PETSc's SNESVI, called by a worker of the interpreter that has petsc4py."""
 
     name: ClassVar[str] = "petsc"
-    summary: ClassVar[str] = "reduced-space Newton steps (SNESVI) with algebraic multigrid"
+    summary: ClassVar[str] = "reduced-space Newton steps (SNESVI) with multigrid"
     package: ClassVar[str] = "petsc4py"
     install: ClassVar[str] = INSTALL
     licence: ClassVar[str] = "BSD-2-Clause"
@@ -55,15 +55,16 @@ class Petsc(Backend):
         ----------
         problem, task
             See `Backend.solve`. Without a warm start, more than some thousand unknowns start from the solution of
-            coarser problems, which GAMG makes, since else the contact set would move by a layer of nodes in each step.
+            coarser problems, since else the contact set would move by a layer of nodes in each step.
             With the library's own defaults it is called once, with the linear solver and the tolerances that PETSc is
             shipped with.
         ranks : int
             Processes that share the work, started by ``mpiexec``.
         petsc_options : mapping of str to str, number or None, optional
             PETSc's own options, by their names without a dash: ``{"pc_type": "hypre", "snes_vi_monitor": None}``. They
-            override the package's. What they have PETSc print goes to standard error. Of those that nothing in PETSc
-            has asked for, a warning tells: they are misspelt, or belong to what is not used.
+            override the package's: ``{"pc_type": "gamg"}`` takes algebraic multigrid on a lattice, too. What they have
+            PETSc print goes to standard error. Of those that nothing in PETSc has asked for, a warning tells: they are
+            misspelt, or belong to what is not used.
         history : bool
             Whether to record of every step: "active" (nodes that a bound holds at its end), "changed" (nodes that it
             has moved from one set to another) and "residual" (Euclidean norm over the others, dimensionless).
@@ -117,8 +118,10 @@ class _Prepared(PlacedState):
     def set_up(self, ask: Ask, vectors: Vectors) -> Placed:
         """See `LibraryState.set_up`."""
         ranks = self.settings.get("ranks", 1)
-        own = {} if ask.task.own_defaults else options(self.problem.size, ranks)
-        return placed(self.problem.G.tocsr(), ranks, own | dict(self.settings.get("petsc_options") or {}))
+        own = (
+            {} if ask.task.own_defaults else options(self.problem.size, ranks, lattice=self.problem.stencil is not None)
+        )
+        return placed(self.problem, ranks, own | dict(self.settings.get("petsc_options") or {}))
 
     def start(self, workspace: Placed, gap: Vector, reaction: Vector) -> None:
         """See `LibraryState.start`."""

@@ -13,8 +13,7 @@ import os
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +33,9 @@ _CLOSE = {"pc_gamg_aggressive_coarsening": 0, "pc_gamg_square_graph": 0, "pc_gam
 The first two are names of one option, in releases after each other.
 """
 
+_COARSEST = 500
+"""Unknowns that are factorised, and need no coarser ones."""
+
 _INFINITE = 1e300
 """What counts as no bound: PETSc's own infinity is less than that of floating-point numbers."""
 
@@ -48,7 +50,8 @@ class System:
     Parameters
     ----------
     matrix : mapping of str to array
-        "indptr", "indices" and "data" of all rows of a symmetric matrix.
+        "indptr", "indices" and "data" of all rows of a symmetric matrix; of a lattice also "mask", shape (rows,
+        columns), true at the nodes, which are numbered row by row.
     options : mapping of str to object
         PETSc's options by name, without a dash, which are in its database.
     """
@@ -59,11 +62,6 @@ class System:
         if np.dtype(PETSc.ScalarType).kind == "c":
             raise TypeError("this PETSc calculates with complex numbers; take one that is built for real ones")
         self._petsc, self._options = PETSc, dict(options)
-        # Set anew for each step, see `_Renewed`.
-        self._renews = self._options.get("pc_type") == "gamg"
-        if self._renews:
-            del self._options["pc_type"]
-            PETSc.Options().delValue("pc_type")
         self.comm = PETSc.COMM_WORLD
         self.ranks, self.rank = self.comm.getSize(), self.comm.getRank()
         size = len(matrix["indptr"]) - 1
@@ -77,6 +75,7 @@ class System:
         local = self.mine.stop - first, size
         self.program = _Program(PETSc.Mat().createAIJ((local, local), csr=csr, comm=self.comm))
         self._share = PETSc.Vec().createMPI((1, self.ranks), comm=self.comm)
+        self._levels = self._levels_of(matrix.get("mask"))
         self._fresh = True
 
     def start(self, vectors: Mapping[str, Any], _told: Mapping[str, Any]) -> tuple[None, dict[str, Any]]:
@@ -142,9 +141,9 @@ class System:
         if eps is not None:
             snes.setTolerances(rtol=0.0, atol=eps * program.forces.norm(), stol=0.0)
         snes.setMonitor(monitor)
-        if self._renews:
+        if self._levels is not None:
             snes.getKSP().getPC().setType("python")
-            snes.getKSP().getPC().setPythonContext(_Renewed(self._multigrid))
+            snes.getKSP().getPC().setPythonContext(_Renewed(self._levels, program, snes))
         snes.setFromOptions()
         try:
             snes.solve(None, program.gap)
@@ -167,44 +166,32 @@ class System:
 
         return [name for name in self._options if not asked_for(name)]
 
+    def _levels_of(self, mask: Any) -> _Algebraic | _Geometric | None:
+        """Return the multigrid that the options ask for, which is not left to PETSc; None for all else."""
+        wanted = self._options.get("pc_type")
+        if wanted == "gamg":
+            levels: _Algebraic | _Geometric = _Algebraic(self._petsc, self._options)
+        elif wanted == "mg" and mask is not None:
+            levels = _Geometric(self._petsc, mask, self.mine)
+        else:
+            return None
+        # Set anew for each step, see `_Renewed`.
+        del self._options["pc_type"]
+        self._petsc.Options().delValue("pc_type")
+        return levels
+
     def _start_coarse(self, log: _Log) -> None:
         """Start from the solution of coarser problems, each from the next coarser one's.
 
         From zero the contact set would move by a layer of nodes in each step.
         """
-        with self._told({name: value for name, value in _CLOSE.items() if name not in self._options}):
-            levels = self._multigrid(self.program.matrix, self.program.matrix)
-        programs, fine = [self.program], self.program
-        for level in range(levels.getMGLevels() - 1, 0, -1):
-            between = levels.getMGInterpolation(level)
-            fine = fine.coarser(between, levels.getMGSmoother(level - 1).getOperators()[0])
-            programs.append(fine)
+        if self._levels is None:
+            return
+        programs = [self.program, *self._levels.coarser(self.program)]
         for coarse, finer in zip(programs[:0:-1], programs[-2::-1], strict=True):
             self._found(coarse, log.look, _ROUGH, _FEW)
             coarse.interpolation.mult(coarse.gap, finer.gap)
             finer.project()
-        levels.destroy()
-
-    def _multigrid(self, matrix: Any, other: Any) -> Any:
-        """Return algebraic multigrid for a matrix, set up by its options."""
-        found = self._petsc.PC().create(self.comm)
-        found.setOperators(matrix, other)
-        found.setType("gamg")
-        found.setFromOptions()
-        found.setUp()
-        return found
-
-    @contextmanager
-    def _told(self, options: Mapping[str, Any]) -> Iterator[None]:
-        """Put options into PETSc's database that are not there, and take them out after that."""
-        database = self._petsc.Options()
-        for name, value in options.items():
-            database.setValue(name, _text(value))
-        try:
-            yield
-        finally:
-            for name in options:
-                database.delValue(name)
 
 
 class _Program:
@@ -217,10 +204,12 @@ class _Program:
         Of a coarser program: P, which makes finer gaps of its own.
     scales : array, optional
         The unknowns of the matrix that PETSc has are these times the gaps.
+    depth : int
+        How many times coarser than the first it is.
     """
 
-    def __init__(self, matrix: Any, interpolation: Any = None, scales: Any = 1.0) -> None:
-        self.matrix, self.interpolation, self._scales = matrix, interpolation, scales
+    def __init__(self, matrix: Any, interpolation: Any = None, scales: Any = 1.0, depth: int = 0) -> None:
+        self.matrix, self.interpolation, self._scales, self.depth = matrix, interpolation, scales, depth
         matrix.setOption(matrix.Option.SPD, True)
         vectors = (matrix.createVecRight() for _ in range(5))
         self.gap, self.forces, self.lower, self.upper, self.product = vectors
@@ -238,9 +227,29 @@ class _Program:
 
         Parameters
         ----------
-        interpolation, matrix : Mat
-            As PETSc's multigrid has them. The coarse unknowns are scaled so that P makes ones of ones, or nearly so:
-            PETSc's are as large as its factors leave them, and of either sign.
+        interpolation : Mat
+            P, which makes ones of ones, or nearly so.
+        matrix : Mat
+            PᵀGP.
+        """
+        found = _Program(matrix, interpolation, depth=self.depth + 1)
+        weights, absent = found.gap.duplicate(), found.gap.duplicate()
+        interpolation.multTranspose(self.forces, found.forces)
+        interpolation.multTranspose(self._vector(1.0), weights)
+        sums = np.abs(weights.getArray()) + np.finfo(float).tiny
+        for own, mean, infinity in ((self.lower, found.lower, -np.inf), (self.upper, found.upper, np.inf)):
+            bounds = np.array(own.getArray())
+            without = np.abs(bounds) >= _INFINITE
+            interpolation.multTranspose(self._vector(without), absent)
+            interpolation.multTranspose(self._vector(np.where(without, 0.0, bounds)), mean)
+            mean.setArray(np.where(absent.getArray() != 0.0, infinity, mean.getArray() / sums))
+        found.project()
+        return found
+
+    def evenly_coarser(self, interpolation: Any, matrix: Any) -> _Program:
+        """Return the program for coarse unknowns as PETSc has them, but scaled such that P makes ones of ones.
+
+        PETSc's are as large as its factors leave them, and of either sign.
         """
         finer, product = self._vector(1.0 / self._scales), self.product
         interpolation = interpolation.copy()
@@ -255,16 +264,8 @@ class _Program:
         interpolation.diagonalScale(R=coarse)
         matrix = matrix.copy()
         matrix.diagonalScale(coarse, coarse)
-        found = _Program(matrix, interpolation, scales)
-        interpolation.multTranspose(self.forces, found.forces)
-        sums = np.abs(sums * scales) + np.finfo(float).tiny
-        for own, mean, infinity in ((self.lower, found.lower, -np.inf), (self.upper, found.upper, np.inf)):
-            bounds = np.array(own.getArray())
-            absent = np.abs(bounds) >= _INFINITE
-            interpolation.multTranspose(self._vector(absent), coarse)
-            interpolation.multTranspose(self._vector(np.where(absent, 0.0, bounds)), mean)
-            mean.setArray(np.where(coarse.getArray() != 0.0, infinity, mean.getArray() / sums))
-        found.project()
+        found = self.coarser(interpolation, matrix)
+        found._scales = scales
         return found
 
     def _vector(self, values: Any) -> Any:
@@ -274,20 +275,181 @@ class _Program:
         return found
 
 
-class _Renewed:
-    """A preconditioner that is made anew wherever it is set up: GAMG cannot be set up again for other free nodes.
+class _Algebraic:
+    """PETSc's algebraic multigrid (GAMG), which finds coarse unknowns by the matrix alone.
 
-    PETSc 3.18 keeps the sizes of the coarsest level, and refuses others.
+    Parameters
+    ----------
+    petsc : module
+    options : mapping of str to object
+        PETSc's options that are in its database.
     """
 
-    def __init__(self, make: Callable[[Any, Any], Any]) -> None:
-        self._make, self._made = make, None
+    def __init__(self, petsc: Any, options: Mapping[str, Any]) -> None:
+        self._petsc = petsc
+        self._close = {name: value for name, value in _CLOSE.items() if name not in options}
+
+    def preconditioner(self, _program: _Program, matrix: Any, _free: Any) -> Any:
+        """Return a preconditioner for the free rows and columns of a program's matrix, which are ``matrix``."""
+        found = self._petsc.PC().create(matrix.getComm())
+        found.setOperators(matrix)
+        found.setType("gamg")
+        found.setFromOptions()
+        found.setUp()
+        return found
+
+    def coarser(self, program: _Program) -> list[_Program]:
+        """Return coarser and coarser programs, of which the last has few unknowns."""
+        database, found = self._petsc.Options(), list[_Program]()
+        for name, value in self._close.items():
+            database.setValue(name, value)
+        levels = self.preconditioner(program, program.matrix, None)
+        for name in self._close:
+            database.delValue(name)
+        for level in range(levels.getMGLevels() - 1, 0, -1):
+            operator = levels.getMGSmoother(level - 1).getOperators()[0]
+            program = program.evenly_coarser(levels.getMGInterpolation(level), operator)
+            found.append(program)
+        levels.destroy()
+        return found
+
+
+class _Geometric:
+    """PETSc's multigrid (PCMG) on a lattice: every other node of every other row, and linear interpolation.
+
+    Coarse functions are cut off where a bound holds the gap (Gräser and Kornhuber, *Multigrid methods for obstacle
+    problems*, Journal of Computational Mathematics 27, 2009): P has the rows of the free nodes alone, and the
+    columns of the coarse nodes about them, and coarse matrices are PᵀGP.
+
+    Parameters
+    ----------
+    petsc : module
+    mask : array of bool, shape (rows, columns)
+        True = node; they are numbered row by row.
+    mine : slice
+        The nodes that this rank has.
+    """
+
+    def __init__(self, petsc: Any, mask: Any, mine: slice) -> None:
+        self._petsc, self._interpolations = petsc, list[Any]()
+        mask = np.asarray(mask)
+        while np.count_nonzero(mask) > _COARSEST:
+            part, coarse, of_coarse = _interpolation(mask, mine)
+            sizes = tuple(
+                (own.stop - own.start, int(np.count_nonzero(of))) for own, of in ((mine, mask), (of_coarse, coarse))
+            )
+            if sizes[1][1] == 0:
+                break
+            csr = (*(np.array(numbers, dtype=petsc.IntType) for numbers in part[:2]), part[2])
+            self._interpolations.append(petsc.Mat().createAIJ(sizes, csr=csr, comm=petsc.COMM_WORLD))
+            mask, mine = coarse, of_coarse
+
+    def preconditioner(self, program: _Program, matrix: Any, free: Any) -> Any:
+        """Return a preconditioner for the ``free`` rows and columns of a program's matrix, which are ``matrix``."""
+        found, matrices, interpolations = self._petsc.PC().create(matrix.getComm()), [matrix], list[Any]()
+        found.setOperators(matrix)
+        for whole in self._interpolations[program.depth :]:
+            interpolation, free = self._cut_off(whole, free)
+            if free.getSize() == 0:
+                break
+            interpolations.append(interpolation)
+            matrices.append(matrices[-1].ptap(interpolation))
+        found.setType("mg")
+        found.setMGLevels(len(matrices))
+        for level, operator in enumerate(reversed(matrices)):
+            solver = found.getMGSmoother(level) if level else found.getMGCoarseSolve()
+            solver.setOperators(operator)
+            if level:
+                found.setMGInterpolation(level, interpolations[len(interpolations) - level])
+                solver.setType("richardson")
+                solver.setTolerances(max_it=1)
+                solver.getPC().setType("sor")
+        found.setFromOptions()
+        found.setUp()
+        return found
+
+    def coarser(self, program: _Program) -> list[_Program]:
+        """Return coarser and coarser programs, of which the last has few unknowns."""
+        found = list[_Program]()
+        for interpolation in self._interpolations:
+            program = program.coarser(interpolation, program.matrix.ptap(interpolation))
+            found.append(program)
+        return found
+
+    def _cut_off(self, interpolation: Any, free: Any) -> tuple[Any, Any]:
+        """Return an interpolation's rows for free nodes, without columns of zeros, and which columns are left."""
+        rows, weights = interpolation.createVecLeft(), interpolation.createVecRight()
+        first = interpolation.getOwnershipRange()[0]
+        values = np.zeros(rows.getLocalSize())
+        values[free.getIndices() - first] = 1.0
+        rows.setArray(values)
+        interpolation.multTranspose(rows, weights)
+        numbers = np.flatnonzero(weights.getArray()) + interpolation.getOwnershipRangeColumn()[0]
+        left = self._petsc.IS().createGeneral(numbers.astype(self._petsc.IntType), comm=interpolation.getComm())
+        return interpolation.createSubMatrix(free, left), left
+
+
+def _interpolation(mask: Any, mine: slice) -> tuple[tuple[Any, Any, Any], Any, slice]:
+    """Return linear interpolation from every other node to a rank's nodes, and the coarse lattice.
+
+    Returns
+    -------
+    csr : tuple of array
+        Row starts, columns and values of the rank's rows.
+    coarse : array of bool
+        The coarse lattice's nodes: the second, fourth, ... of the second, fourth, ... row; or of all rows, where they
+        are fewer than three.
+    of_coarse : slice
+        The coarse nodes that are the rank's own: those that stand at its nodes.
+    """
+    steps = [2 if length > 2 else 1 for length in mask.shape]
+    coarse = mask[steps[0] - 1 :: steps[0], steps[1] - 1 :: steps[1]]
+    numbers = np.full([length + 2 for length in coarse.shape], -1)  # with a ring
+    numbers[1:-1, 1:-1][coarse] = np.arange(np.count_nonzero(coarse))
+    places = np.flatnonzero(mask)
+    sides = []
+    for at, step in zip(np.divmod(places[mine], mask.shape[1]), steps, strict=True):
+        between = (at % 2 == 0) & (step == 2)
+        before, behind = (at - 1) // 2 if step == 2 else at, at // step
+        sides.append(((before, np.where(between, 0.5, 1.0)), (behind, np.where(between, 0.5, 0.0))))
+    columns, weights = [], []
+    for row, row_weight in sides[0]:
+        for column, column_weight in sides[1]:
+            columns.append(numbers[row + 1, column + 1])
+            weights.append(row_weight * column_weight)
+    found, values = np.column_stack(columns), np.column_stack(weights)
+    kept = (found >= 0) & (values > 0.0)
+    starts = np.concatenate([[0], np.cumsum(np.count_nonzero(kept, axis=1))])
+    rows, along = np.nonzero(coarse)
+    beneath = np.searchsorted(
+        places, (steps[0] * rows + steps[0] - 1) * mask.shape[1] + steps[1] * along + steps[1] - 1
+    )
+    of_coarse = slice(*(int(end) for end in np.searchsorted(beneath, (mine.start, mine.stop))))
+    return (starts, found[kept], values[kept]), coarse, of_coarse
+
+
+class _Renewed:
+    """A preconditioner that is made anew wherever it is set up: for other free nodes there is another one.
+
+    PETSc 3.18 keeps the sizes of GAMG's coarsest level, and refuses others.
+
+    Parameters
+    ----------
+    levels : _Algebraic or _Geometric
+    program : _Program
+    snes : SNES
+        What solves the program.
+    """
+
+    def __init__(self, levels: _Algebraic | _Geometric, program: _Program, snes: Any) -> None:
+        self._levels, self._program, self._snes, self._made = levels, program, snes, None
 
     def setUp(self, pc: Any) -> None:
         """Make it for the operators of now."""
         if self._made is not None:
             self._made.destroy()
-        self._made = self._make(*pc.getOperators())
+        matrix = pc.getOperators()[1]
+        self._made = self._levels.preconditioner(self._program, matrix, self._snes.getVIInactiveSet())
 
     def apply(self, _pc: Any, vector: Any, result: Any) -> None:
         """Apply it."""
