@@ -41,7 +41,7 @@ def test_an_object_is_asked_with_arrays_and_settings_and_ends_without_a_trace(sc
     placed = made()
     gap = np.linspace(0.0, 1.0, 1000)
     for steps in (3, 4):
-        vector, facts = placed.call("twice", {"gap": gap}, {"steps": steps, "stopped": lambda: False})
+        vector, facts = placed.call("twice", {"gap": gap}, {"steps": steps})
         np.testing.assert_array_equal(vector, 2.0 * gap)
         assert facts == {"told": {"steps": steps}}
     assert placed.call("nothing", {}, {}) == (None, {"told": {}})

@@ -13,6 +13,7 @@ from meshes import bowl_on_triangles
 
 import contactqp as cq
 from contactqp import backends
+from contactqp.algebra.stencil import Stencil
 from contactqp.backends import petsc, petsc_place
 from contactqp.methods.factors import DIRECT_SIZE
 from contactqp.testing import check_backend
@@ -24,7 +25,6 @@ COMING_FROM = Path(__file__).parents[2] / "docs" / "coming-from" / "petsc.md"
 
 installed = pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
 with_ranks = pytest.mark.skipif(INTERPRETER is None or INTERPRETER.mpiexec is None, reason="there is no mpiexec")
-apart = pytest.mark.skipif(INTERPRETER is None or INTERPRETER.here, reason="PETSc is called in this process")
 
 
 @pytest.fixture
@@ -92,6 +92,30 @@ def test_the_hexagon_is_certified_and_its_steps_are_told(ranks):
 
 
 @installed
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=with_ranks)])
+@pytest.mark.parametrize("shape", [(70, 61), (1, 4101)])
+def test_a_lattice_with_gaps_and_two_bounds_is_solved_by_multigrid_on_coarser_lattices(shape, ranks):
+    rng = np.random.default_rng(1)
+    mask = np.ones(shape, dtype=bool)
+    mask[20:40, 30:35] = False
+    rows, columns = shape
+    arms = rng.uniform(0.5, 5.0, (rows, columns + 1)), rng.uniform(0.5, 5.0, (rows + 1, columns)) * (rows > 1)
+    stencil = Stencil(mask, *arms)
+    lower, upper = (
+        np.where(rng.random(stencil.size) < 0.1, far, near) for far, near in ((-np.inf, 0.0), (np.inf, 0.5))
+    )
+    problem = cq.ContactQP(stencil, rng.uniform(-0.1, 0.11, stencil.size), lower=lower, upper=upper)
+    solution = cq.solve(problem, "petsc", ranks=ranks, history=True)
+    exact = cq.solve(problem, "active-set", tol=1e-9)
+    assert problem.size > DIRECT_SIZE
+    assert solution.status == "certified"
+    np.testing.assert_allclose(solution.gap, exact.gap, atol=1e-6 * problem.gap_scale)
+    held = (exact.gap == lower) | (exact.gap == upper)
+    assert held.any()
+    assert solution.history["active"][-1] == held.sum()
+
+
+@installed
 @pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=with_ranks)])
 def test_a_mesh_between_two_bounds_is_solved_by_multigrid(ranks):
@@ -121,6 +145,16 @@ def test_options_are_passed_on_by_name(tmp_path, capfd):
 
 
 @installed
+def test_options_that_nothing_asks_for_are_told_once():
+    options = {"ksp_rtoll": 1e-9, "ksp_atol": 1e-50, "pc_gamg_threshold": 0.1, "malloc_debug": False}
+    solver = cq.Solver(HEXAGON, "petsc", petsc_options=options)  # few unknowns are factorised
+    with pytest.warns(cq.ContactWarning, match="petsc_options has 'ksp_rtoll', 'pc_gamg_threshold', which ") as told:
+        assert solver.solve().status == "certified"
+    assert told[0].filename == __file__
+    assert solver.solve(load=0.05).status == "certified"
+
+
+@installed
 def test_as_it_is_shipped_it_is_called_once():
     solution = cq.solve(HEXAGON, "petsc", tol="default", on_failure="ignore")
     assert solution.note == "SNESVI as PETSc is shipped: at most 50 steps, rtol 1e-8"
@@ -128,7 +162,6 @@ def test_as_it_is_shipped_it_is_called_once():
 
 
 @installed
-@apart
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=[with_ranks, pytest.mark.slow])])
 def test_a_worker_that_fails_is_a_failed_answer_with_its_words(ranks, started):
     solution = cq.solve(HEXAGON, "petsc", ranks=ranks, petsc_options={"pc_type": "nosuch"}, on_failure="ignore")
@@ -139,7 +172,6 @@ def test_a_worker_that_fails_is_a_failed_answer_with_its_words(ranks, started):
 
 
 @installed
-@apart
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=[with_ranks, pytest.mark.slow])])
 def test_a_worker_that_is_killed_between_loads_is_started_again(ranks, started):
     solver = cq.Solver(HEXAGON, "petsc", ranks=ranks)
@@ -180,7 +212,6 @@ def test_the_hexagon_is_certified_down_to_its_reachable_tolerance():
 
 
 @installed
-@apart
 def test_the_program_that_the_page_for_its_users_shows_runs_and_is_certified(tmp_path):
     code = re.search(r"```py\n(.*?)```", COMING_FROM.read_text(encoding="utf-8"), flags=re.DOTALL)
     assert code is not None

@@ -101,10 +101,8 @@ class InFiles:
         apart(partial(self._start, command, arrays, {**settings, "ranks": ranks}))
 
     def call(self, method: str, *given: Any, seconds: float | None = None) -> Any:
-        """See `Placed.call`; what is given are arrays and settings. Settings that are functions stay here."""
-        arrays, settings = given
-        told = {name: value for name, value in settings.items() if not callable(value)}
-        return run_interruptibly(partial(self._asked, method, arrays, told), abandon=self.end, seconds=seconds)
+        """See `Placed.call`; what is given are arrays and settings."""
+        return run_interruptibly(partial(self._asked, method, *given), abandon=self.end, seconds=seconds)
 
     def end(self) -> None:
         """See `Placed.end`."""

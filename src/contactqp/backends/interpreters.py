@@ -34,11 +34,6 @@ class Interpreter:
     environment: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def here(self) -> bool:
-        """Whether it is the one that runs this."""
-        return self.path == sys.executable
-
-    @property
     def mpiexec(self) -> str | None:
         """The program that starts ranks of the interpreter's MPI: the one beside it, or what is found; None if none."""
         beside = Path(self.path).with_name("mpiexec")
@@ -60,7 +55,7 @@ def interpreter_with(module: str, variable: str, environments: Iterable[Mapping[
 
     Examples
     --------
-    >>> interpreter_with("numpy.linalg", "NO_SUCH_VARIABLE").here
+    >>> interpreter_with("numpy.linalg", "NO_SUCH_VARIABLE").path == sys.executable
     True
     >>> interpreter_with("no_such_module", "NO_SUCH_VARIABLE")
     """

@@ -1,4 +1,4 @@
-"""PETSc: SNESVI, Newton steps in the space of the unknowns that no bound holds, with algebraic multigrid (GAMG).
+"""PETSc: SNESVI, Newton steps in the space of the unknowns that no bound holds, with multigrid (PCMG, GAMG).
 
 Benson and Munson, *Flexible complementarity solvers for large-scale applications*, Optimization Methods and Software 21
 (2006); Balay and others, *PETSc/TAO users manual*, Argonne National Laboratory.
@@ -6,16 +6,19 @@ Benson and Munson, *Flexible complementarity solvers for large-scale application
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
+from ..errors import ContactWarning
 from ..foundation.checks import Vector, integer_at_least
+from ..foundation.outside import stacklevel_outside
 from ..methods.factors import DIRECT_SIZE
 from ..problem.contact_problem import ContactProblem
-from .base import Backend, Stop, Task
+from .base import Answer, Backend, Stop, Task
 from .library import Ask, Outcome, Plan, Reply, Vectors
 from .option_checks import Check, PlainSettings, Positive
 from .petsc_place import INSTALL, interpreter, options, placed
@@ -24,10 +27,10 @@ from .processes import LostProcessError, Placed
 
 
 class Petsc(Backend):
-    """PETSc's SNESVI, called where petsc4py is found: in this process, or in a worker of another interpreter."""
+    """PETSc's SNESVI, called by a worker of the interpreter that has petsc4py."""
 
     name: ClassVar[str] = "petsc"
-    summary: ClassVar[str] = "reduced-space Newton steps (SNESVI) with algebraic multigrid"
+    summary: ClassVar[str] = "reduced-space Newton steps (SNESVI) with multigrid"
     package: ClassVar[str] = "petsc4py"
     install: ClassVar[str] = INSTALL
     licence: ClassVar[str] = "BSD-2-Clause"
@@ -52,14 +55,16 @@ class Petsc(Backend):
         ----------
         problem, task
             See `Backend.solve`. Without a warm start, more than some thousand unknowns start from the solution of
-            coarser problems, which GAMG makes, since else the contact set would move by a layer of nodes in each step.
+            coarser problems, since else the contact set would move by a layer of nodes in each step.
             With the library's own defaults it is called once, with the linear solver and the tolerances that PETSc is
             shipped with.
         ranks : int
             Processes that share the work, started by ``mpiexec``.
         petsc_options : mapping of str to str, number or None, optional
             PETSc's own options, by their names without a dash: ``{"pc_type": "hypre", "snes_vi_monitor": None}``. They
-            override the package's. What they have PETSc print goes to standard error.
+            override the package's: ``{"pc_type": "gamg"}`` takes algebraic multigrid on a lattice, too. What they have
+            PETSc print goes to standard error. Of those that nothing in PETSc has asked for, a warning tells: they are
+            misspelt, or belong to what is not used.
         history : bool
             Whether to record of every step: "active" (nodes that a bound holds at its end), "changed" (nodes that it
             has moved from one set to another) and "residual" (Euclidean norm over the others, dimensionless).
@@ -88,6 +93,22 @@ class _Prepared(PlacedState):
     tightest: ClassVar[float] = 1e-15
     starts_again: ClassVar[bool] = True
 
+    def __init__(
+        self, declared: Callable[..., Any], problem: ContactProblem, task: Task, options: Mapping[str, Any]
+    ) -> None:
+        super().__init__(declared, problem, task, options)
+        self._unused, self._told = set[str](), set[str]()
+
+    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
+        """See `State.solve`."""
+        answer, news = super().solve(q, task, problem), self._unused - self._told
+        if news:
+            names = ", ".join(map(repr, sorted(news)))
+            message = f"petsc_options has {names}, which nothing in PETSc asks for: misspelt, or of what is not used"
+            warnings.warn(message, ContactWarning, stacklevel=stacklevel_outside())
+        self._told |= news
+        return answer
+
     def plan(self, task: Task) -> Plan:
         """See `LibraryState.plan`."""
         if task.own_defaults:
@@ -97,8 +118,10 @@ class _Prepared(PlacedState):
     def set_up(self, ask: Ask, vectors: Vectors) -> Placed:
         """See `LibraryState.set_up`."""
         ranks = self.settings.get("ranks", 1)
-        own = {} if ask.task.own_defaults else options(self.problem.size, ranks)
-        return placed(self.problem.G.tocsr(), ranks, own | dict(self.settings.get("petsc_options") or {}))
+        own = (
+            {} if ask.task.own_defaults else options(self.problem.size, ranks, lattice=self.problem.stencil is not None)
+        )
+        return placed(self.problem, ranks, own | dict(self.settings.get("petsc_options") or {}))
 
     def start(self, workspace: Placed, gap: Vector, reaction: Vector) -> None:
         """See `LibraryState.start`."""
@@ -109,14 +132,15 @@ class _Prepared(PlacedState):
         """See `PlacedState.question`."""
         task, problem = ask.task, ask.problem
         told: dict[str, Any] = {"steps": ask.iterations, "history": self.settings.get("history", False)}
-        told |= {"eps": ask.eps if np.isfinite(ask.eps) else None, "stopped": task.abandoned.is_set}
-        told |= {"seconds": None if task.time_limit is None else ask.seconds}
+        told["eps"] = ask.eps if np.isfinite(ask.eps) else None
+        told["seconds"] = None if task.time_limit is None else ask.seconds
         told["coarse"] = problem.size > DIRECT_SIZE and not task.own_defaults
         return {"q": problem.q, "l": problem.lower, "u": problem.upper}, told
 
     def reply(self, ask: Ask, found: Any) -> Reply:
         """See `PlacedState.reply`."""
         gap, facts = found
+        self._unused = set(facts["unused"]) & set(self.settings.get("petsc_options") or {})
         word = facts["word"]
         status = word if word in self.outcomes else "converged" if word.startswith("CONVERGED") else "diverged"
         eps = f", eps {ask.eps:.0e}" if np.isfinite(ask.eps) else ""

@@ -1,4 +1,4 @@
-"""Where PETSc is on this machine: beside this interpreter's numpy, or in another interpreter."""
+"""Where PETSc is on this machine, and how a matrix gets there."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from glob import glob
 from typing import Any
 
 from ..methods.factors import DIRECT_SIZE
+from ..problem.contact_problem import ContactProblem
 from . import petsc_worker
 from .in_files import InFiles
 from .interpreters import Interpreter, interpreter_with
-from .processes import Here, Lost, LostProcessError, Placed
+from .processes import Lost, LostProcessError, Placed
 
 VARIABLE = "CONTACTQP_PETSC_PYTHON"
 """The environment variable that may name an interpreter with petsc4py."""
@@ -28,33 +29,37 @@ def interpreter() -> Interpreter | None:
     return interpreter_with("petsc4py.PETSc", VARIABLE, [{"PETSC_DIR": build} for build in builds])
 
 
-def options(size: int, ranks: int) -> dict[str, Any]:
-    """Return PETSc's options as the package sets them: factors for few unknowns, else algebraic multigrid.
+def options(size: int, ranks: int, lattice: bool) -> dict[str, Any]:
+    """Return PETSc's options as the package sets them.
+
+    Few unknowns are factorised; of more, multigrid has every other node of a lattice, or what GAMG finds in a matrix.
 
     Examples
     --------
-    >>> options(1_000_000, 2)
+    >>> options(1_000_000, 2, lattice=False)
     {'ksp_type': 'cg', 'snes_vi_zero_tolerance': 0.0, 'pc_type': 'gamg'}
     """
-    few = "lu" if ranks == 1 else "redundant"
-    return {"ksp_type": "cg", "snes_vi_zero_tolerance": 0.0, "pc_type": few if size <= DIRECT_SIZE else "gamg"}
+    few, many = "lu" if ranks == 1 else "redundant", "mg" if lattice else "gamg"
+    return {"ksp_type": "cg", "snes_vi_zero_tolerance": 0.0, "pc_type": few if size <= DIRECT_SIZE else many}
 
 
-def placed(matrix: Any, ranks: int, told: Mapping[str, Any]) -> Placed:
-    """Return a matrix in PETSc, see `contactqp.backends.petsc_worker.System`.
+def placed(problem: ContactProblem, ranks: int, told: Mapping[str, Any]) -> Placed:
+    """Return a problem's matrix in PETSc, see `contactqp.backends.petsc_worker.System`: always in a process of its own.
 
     Parameters
     ----------
-    matrix : sparse array, shape (n, n)
-        In compressed rows.
+    problem : ContactProblem
     ranks : int
         Processes that share it.
     told : mapping of str to object
         PETSc's options, by name.
     """
-    found, arrays = interpreter(), {name: getattr(matrix, name) for name in ("indptr", "indices", "data")}
-    if found is None or (found.here and ranks == 1):
-        return Here(petsc_worker.System, arrays, told)
+    found, matrix, stencil = interpreter(), problem.G.tocsr(), problem.stencil
+    arrays = {name: getattr(matrix, name) for name in ("indptr", "indices", "data")}
+    if stencil is not None:
+        arrays["mask"] = stencil.mask
+    if found is None:
+        return Lost(LostProcessError("no interpreter has petsc4py any more"))
     try:
         return InFiles(found, petsc_worker.__file__, ranks, arrays, {"options": told})
     except LostProcessError as error:

@@ -1,20 +1,19 @@
 """PETSc's side of the backend ``petsc``: a matrix in PETSc, and what SNESVI finds with it.
 
-The package imports this module where petsc4py stands beside it. Elsewhere another interpreter runs the file, in one
-process or as the ranks of one MPI program: it imports numpy and petsc4py alone, and old ones will do (Python 3.10,
-numpy 1.20). What it is asked then, and what it answers, stands in files, see `contactqp.backends.in_files`.
+An interpreter that has petsc4py runs this file, in one process or as the ranks of one MPI program: it imports numpy and
+petsc4py alone, and old ones will do (Python 3.10, numpy 1.20). What it is asked, and what it answers, stands in files,
+see `contactqp.backends.in_files`.
 """
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import shutil
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -34,19 +33,15 @@ _CLOSE = {"pc_gamg_aggressive_coarsening": 0, "pc_gamg_square_graph": 0, "pc_gam
 The first two are names of one option, in releases after each other.
 """
 
+_COARSEST = 500
+"""Unknowns that are factorised, and need no coarser ones."""
+
 _INFINITE = 1e300
 """What counts as no bound: PETSc's own infinity is less than that of floating-point numbers."""
 
-_guard = threading.Lock()
-"""PETSc is used by one thread at a time."""
-
 
 class _Left(Exception):  # noqa: N818  (a finding, not a fault)
-    """The time is over, or nobody waits any more."""
-
-
-def _never() -> bool:
-    return False
+    """The time is over."""
 
 
 class System:
@@ -55,28 +50,19 @@ class System:
     Parameters
     ----------
     matrix : mapping of str to array
-        "indptr", "indices" and "data" of all rows of a symmetric matrix.
+        "indptr", "indices" and "data" of all rows of a symmetric matrix; of a lattice also "mask", shape (rows,
+        columns), true at the nodes, which are numbered row by row.
     options : mapping of str to object
-        PETSc's options by name, without a dash; None for one that has no value.
-    together : bool
-        Whether all ranks of this program share the matrix.
+        PETSc's options by name, without a dash, which are in its database.
     """
 
-    def __init__(self, matrix: Mapping[str, Any], options: Mapping[str, Any], together: bool = False) -> None:
-        import petsc4py
-
-        petsc4py.init()
+    def __init__(self, matrix: Mapping[str, Any], options: Mapping[str, Any]) -> None:
         from petsc4py import PETSc
 
         if np.dtype(PETSc.ScalarType).kind == "c":
             raise TypeError("this PETSc calculates with complex numbers; take one that is built for real ones")
         self._petsc, self._options = PETSc, dict(options)
-        # Set anew for each step, see `_Renewed`.
-        self._renews = self._options.get("pc_type") == "gamg"
-        if self._renews:
-            del self._options["pc_type"]
-            PETSc.Options().delValue("pc_type")
-        self.comm = PETSc.COMM_WORLD if together else PETSc.COMM_SELF
+        self.comm = PETSc.COMM_WORLD
         self.ranks, self.rank = self.comm.getSize(), self.comm.getRank()
         size = len(matrix["indptr"]) - 1
         share, more = divmod(size, self.ranks)
@@ -87,18 +73,17 @@ class System:
         numbers = (np.array(given, dtype=PETSc.IntType) for given in (rows - rows[0], matrix["indices"][part]))
         csr = (*numbers, np.array(matrix["data"][part]))
         local = self.mine.stop - first, size
-        with _guard, self._told(self._options):
-            self.program = _Program(PETSc.Mat().createAIJ((local, local), csr=csr, comm=self.comm))
-            self._share = PETSc.Vec().createMPI((1, self.ranks), comm=self.comm)
+        self.program = _Program(PETSc.Mat().createAIJ((local, local), csr=csr, comm=self.comm))
+        self._share = PETSc.Vec().createMPI((1, self.ranks), comm=self.comm)
+        self._levels = self._levels_of(matrix.get("mask"))
         self._fresh = True
 
     def start(self, vectors: Mapping[str, Any], _told: Mapping[str, Any]) -> tuple[None, dict[str, Any]]:
         """Start the next solve from a gap, ``vectors["gap"]``, shape (n,), or where there is none, as the first."""
-        with _guard:
-            self.program.gap.set(0.0)
-            self._fresh = "gap" not in vectors
-            if not self._fresh:
-                self.program.gap.setArray(vectors["gap"][self.mine])
+        self.program.gap.set(0.0)
+        self._fresh = "gap" not in vectors
+        if not self._fresh:
+            self.program.gap.setArray(vectors["gap"][self.mine])
         return None, {}
 
     def solve(self, vectors: Mapping[str, Any], told: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
@@ -111,32 +96,32 @@ class System:
         told : mapping of str to object
             "steps", the limit of steps; "seconds", that of time, or None; "eps", how far the residual is to fall, of
             the forces, both in the Euclidean norm, or None for PETSc's own tolerances; "coarse", whether to begin
-            with coarser problems; "history", whether to record the steps; "stopped", which tells whether to go on,
-            where it could be handed over.
+            with coarser problems; "history", whether to record the steps.
 
         Returns
         -------
         gap : array
             This rank's share.
         facts : dict
-            "word", "steps", and "history": of each step the nodes that are "active" and have "changed" sides, and the
-            norm of the "residual".
+            "word", "steps", "unused", the options that nothing has asked for, and "history": of each step the nodes
+            that are "active" and have "changed" sides, and the norm of the "residual".
         """
         infinity, program, log = float(self._petsc.INFINITY), self.program, _Log(self, told)
-        with _guard, self._told(self._options):
-            for vector, name in ((program.forces, "q"), (program.lower, "l"), (program.upper, "u")):
-                vector.setArray(np.clip(vectors[name][self.mine], -infinity, infinity))
-            word = _TIME
-            try:
-                if self._fresh and told["coarse"]:
-                    self._start_coarse(log)
-                word = self._found(program, log.step, told["eps"], told["steps"])
-            except Exception:
-                if not log.left:
-                    raise
-            self._fresh = False
-            facts = {"word": word, "steps": log.steps, "history": log.history}
-            return np.array(program.gap.getArray()), facts
+        for vector, name in ((program.forces, "q"), (program.lower, "l"), (program.upper, "u")):
+            vector.setArray(np.clip(vectors[name][self.mine], -infinity, infinity))
+        word = _TIME
+        try:
+            if self._fresh and told["coarse"]:
+                self._start_coarse(log)
+            word = self._found(program, log.step, told["eps"], told["steps"])
+        except Exception:
+            if not log.left:
+                raise
+        self._fresh = False
+        # Before the first step is over, not all has been set up that may ask for an option.
+        unused = self._unused() if log.steps else []
+        facts = {"word": word, "steps": log.steps, "unused": unused, "history": log.history}
+        return np.array(program.gap.getArray()), facts
 
     def total(self, value: float) -> float:
         """Return the sum of a number over all ranks."""
@@ -156,9 +141,9 @@ class System:
         if eps is not None:
             snes.setTolerances(rtol=0.0, atol=eps * program.forces.norm(), stol=0.0)
         snes.setMonitor(monitor)
-        if self._renews:
+        if self._levels is not None:
             snes.getKSP().getPC().setType("python")
-            snes.getKSP().getPC().setPythonContext(_Renewed(self._multigrid))
+            snes.getKSP().getPC().setPythonContext(_Renewed(self._levels, program, snes))
         snes.setFromOptions()
         try:
             snes.solve(None, program.gap)
@@ -167,47 +152,46 @@ class System:
             snes.destroy()
         return next((name for name, number in vars(reasons).items() if number == reason), f"reason {reason}")
 
+    def _unused(self) -> list[str]:
+        """Return the options that nothing has asked for so far; of PETSc's own functions petsc4py has none for that."""
+        try:
+            answer = ctypes.CDLL(self._petsc.__file__).PetscOptionsUsed
+        except AttributeError:  # hidden, where PETSc is linked into petsc4py
+            return []
+        used = ctypes.c_int()
+
+        def asked_for(name: str) -> bool:
+            failed = answer(None, name.encode(), ctypes.byref(used))
+            return bool(failed or used.value)
+
+        return [name for name in self._options if not asked_for(name)]
+
+    def _levels_of(self, mask: Any) -> _Algebraic | _Geometric | None:
+        """Return the multigrid that the options ask for, which is not left to PETSc; None for all else."""
+        wanted = self._options.get("pc_type")
+        if wanted == "gamg":
+            levels: _Algebraic | _Geometric = _Algebraic(self._petsc, self._options)
+        elif wanted == "mg" and mask is not None:
+            levels = _Geometric(self._petsc, mask, self.mine)
+        else:
+            return None
+        # Set anew for each step, see `_Renewed`.
+        del self._options["pc_type"]
+        self._petsc.Options().delValue("pc_type")
+        return levels
+
     def _start_coarse(self, log: _Log) -> None:
         """Start from the solution of coarser problems, each from the next coarser one's.
 
         From zero the contact set would move by a layer of nodes in each step.
         """
-        with self._told({**_CLOSE, **self._options}):
-            levels = self._multigrid(self.program.matrix, self.program.matrix)
-        programs, fine = [self.program], self.program
-        for level in range(levels.getMGLevels() - 1, 0, -1):
-            between = levels.getMGInterpolation(level)
-            fine = fine.coarser(between, levels.getMGSmoother(level - 1).getOperators()[0])
-            programs.append(fine)
+        if self._levels is None:
+            return
+        programs = [self.program, *self._levels.coarser(self.program)]
         for coarse, finer in zip(programs[:0:-1], programs[-2::-1], strict=True):
             self._found(coarse, log.look, _ROUGH, _FEW)
             coarse.interpolation.mult(coarse.gap, finer.gap)
             finer.project()
-        levels.destroy()
-
-    def _multigrid(self, matrix: Any, other: Any) -> Any:
-        """Return algebraic multigrid for a matrix, set up by its options."""
-        found = self._petsc.PC().create(self.comm)
-        found.setOperators(matrix, other)
-        found.setType("gamg")
-        found.setFromOptions()
-        found.setUp()
-        return found
-
-    @contextmanager
-    def _told(self, options: Mapping[str, Any]) -> Iterator[None]:
-        """Put options into PETSc's database, and restore it after that."""
-        database = self._petsc.Options()
-        before = {name: database.getString(name) for name in options if database.hasName(name)}
-        for name, value in options.items():
-            database.setValue(name, _text(value))
-        try:
-            yield
-        finally:
-            for name in options:
-                database.delValue(name)
-            for name, text in before.items():
-                database.setValue(name, text)
 
 
 class _Program:
@@ -220,10 +204,12 @@ class _Program:
         Of a coarser program: P, which makes finer gaps of its own.
     scales : array, optional
         The unknowns of the matrix that PETSc has are these times the gaps.
+    depth : int
+        How many times coarser than the first it is.
     """
 
-    def __init__(self, matrix: Any, interpolation: Any = None, scales: Any = 1.0) -> None:
-        self.matrix, self.interpolation, self._scales = matrix, interpolation, scales
+    def __init__(self, matrix: Any, interpolation: Any = None, scales: Any = 1.0, depth: int = 0) -> None:
+        self.matrix, self.interpolation, self._scales, self.depth = matrix, interpolation, scales, depth
         matrix.setOption(matrix.Option.SPD, True)
         vectors = (matrix.createVecRight() for _ in range(5))
         self.gap, self.forces, self.lower, self.upper, self.product = vectors
@@ -241,9 +227,29 @@ class _Program:
 
         Parameters
         ----------
-        interpolation, matrix : Mat
-            As PETSc's multigrid has them. The coarse unknowns are scaled so that P makes ones of ones, or nearly so:
-            PETSc's are as large as its factors leave them, and of either sign.
+        interpolation : Mat
+            P, which makes ones of ones, or nearly so.
+        matrix : Mat
+            PᵀGP.
+        """
+        found = _Program(matrix, interpolation, depth=self.depth + 1)
+        weights, absent = found.gap.duplicate(), found.gap.duplicate()
+        interpolation.multTranspose(self.forces, found.forces)
+        interpolation.multTranspose(self._vector(1.0), weights)
+        sums = np.abs(weights.getArray()) + np.finfo(float).tiny
+        for own, mean, infinity in ((self.lower, found.lower, -np.inf), (self.upper, found.upper, np.inf)):
+            bounds = np.array(own.getArray())
+            without = np.abs(bounds) >= _INFINITE
+            interpolation.multTranspose(self._vector(without), absent)
+            interpolation.multTranspose(self._vector(np.where(without, 0.0, bounds)), mean)
+            mean.setArray(np.where(absent.getArray() != 0.0, infinity, mean.getArray() / sums))
+        found.project()
+        return found
+
+    def evenly_coarser(self, interpolation: Any, matrix: Any) -> _Program:
+        """Return the program for coarse unknowns as PETSc has them, but scaled such that P makes ones of ones.
+
+        PETSc's are as large as its factors leave them, and of either sign.
         """
         finer, product = self._vector(1.0 / self._scales), self.product
         interpolation = interpolation.copy()
@@ -258,16 +264,8 @@ class _Program:
         interpolation.diagonalScale(R=coarse)
         matrix = matrix.copy()
         matrix.diagonalScale(coarse, coarse)
-        found = _Program(matrix, interpolation, scales)
-        interpolation.multTranspose(self.forces, found.forces)
-        sums = np.abs(sums * scales) + np.finfo(float).tiny
-        for own, mean, infinity in ((self.lower, found.lower, -np.inf), (self.upper, found.upper, np.inf)):
-            bounds = np.array(own.getArray())
-            absent = np.abs(bounds) >= _INFINITE
-            interpolation.multTranspose(self._vector(absent), coarse)
-            interpolation.multTranspose(self._vector(np.where(absent, 0.0, bounds)), mean)
-            mean.setArray(np.where(coarse.getArray() != 0.0, infinity, mean.getArray() / sums))
-        found.project()
+        found = self.coarser(interpolation, matrix)
+        found._scales = scales
         return found
 
     def _vector(self, values: Any) -> Any:
@@ -277,20 +275,181 @@ class _Program:
         return found
 
 
-class _Renewed:
-    """A preconditioner that is made anew wherever it is set up: GAMG cannot be set up again for other free nodes.
+class _Algebraic:
+    """PETSc's algebraic multigrid (GAMG), which finds coarse unknowns by the matrix alone.
 
-    PETSc 3.18 keeps the sizes of the coarsest level, and refuses others.
+    Parameters
+    ----------
+    petsc : module
+    options : mapping of str to object
+        PETSc's options that are in its database.
     """
 
-    def __init__(self, make: Callable[[Any, Any], Any]) -> None:
-        self._make, self._made = make, None
+    def __init__(self, petsc: Any, options: Mapping[str, Any]) -> None:
+        self._petsc = petsc
+        self._close = {name: value for name, value in _CLOSE.items() if name not in options}
+
+    def preconditioner(self, _program: _Program, matrix: Any, _free: Any) -> Any:
+        """Return a preconditioner for the free rows and columns of a program's matrix, which are ``matrix``."""
+        found = self._petsc.PC().create(matrix.getComm())
+        found.setOperators(matrix)
+        found.setType("gamg")
+        found.setFromOptions()
+        found.setUp()
+        return found
+
+    def coarser(self, program: _Program) -> list[_Program]:
+        """Return coarser and coarser programs, of which the last has few unknowns."""
+        database, found = self._petsc.Options(), list[_Program]()
+        for name, value in self._close.items():
+            database.setValue(name, value)
+        levels = self.preconditioner(program, program.matrix, None)
+        for name in self._close:
+            database.delValue(name)
+        for level in range(levels.getMGLevels() - 1, 0, -1):
+            operator = levels.getMGSmoother(level - 1).getOperators()[0]
+            program = program.evenly_coarser(levels.getMGInterpolation(level), operator)
+            found.append(program)
+        levels.destroy()
+        return found
+
+
+class _Geometric:
+    """PETSc's multigrid (PCMG) on a lattice: every other node of every other row, and linear interpolation.
+
+    Coarse functions are cut off where a bound holds the gap (Gräser and Kornhuber, *Multigrid methods for obstacle
+    problems*, Journal of Computational Mathematics 27, 2009): P has the rows of the free nodes alone, and the
+    columns of the coarse nodes about them, and coarse matrices are PᵀGP.
+
+    Parameters
+    ----------
+    petsc : module
+    mask : array of bool, shape (rows, columns)
+        True = node; they are numbered row by row.
+    mine : slice
+        The nodes that this rank has.
+    """
+
+    def __init__(self, petsc: Any, mask: Any, mine: slice) -> None:
+        self._petsc, self._interpolations = petsc, list[Any]()
+        mask = np.asarray(mask)
+        while np.count_nonzero(mask) > _COARSEST:
+            part, coarse, of_coarse = _interpolation(mask, mine)
+            sizes = tuple(
+                (own.stop - own.start, int(np.count_nonzero(of))) for own, of in ((mine, mask), (of_coarse, coarse))
+            )
+            if sizes[1][1] == 0:
+                break
+            csr = (*(np.array(numbers, dtype=petsc.IntType) for numbers in part[:2]), part[2])
+            self._interpolations.append(petsc.Mat().createAIJ(sizes, csr=csr, comm=petsc.COMM_WORLD))
+            mask, mine = coarse, of_coarse
+
+    def preconditioner(self, program: _Program, matrix: Any, free: Any) -> Any:
+        """Return a preconditioner for the ``free`` rows and columns of a program's matrix, which are ``matrix``."""
+        found, matrices, interpolations = self._petsc.PC().create(matrix.getComm()), [matrix], list[Any]()
+        found.setOperators(matrix)
+        for whole in self._interpolations[program.depth :]:
+            interpolation, free = self._cut_off(whole, free)
+            if free.getSize() == 0:
+                break
+            interpolations.append(interpolation)
+            matrices.append(matrices[-1].ptap(interpolation))
+        found.setType("mg")
+        found.setMGLevels(len(matrices))
+        for level, operator in enumerate(reversed(matrices)):
+            solver = found.getMGSmoother(level) if level else found.getMGCoarseSolve()
+            solver.setOperators(operator)
+            if level:
+                found.setMGInterpolation(level, interpolations[len(interpolations) - level])
+                solver.setType("richardson")
+                solver.setTolerances(max_it=1)
+                solver.getPC().setType("sor")
+        found.setFromOptions()
+        found.setUp()
+        return found
+
+    def coarser(self, program: _Program) -> list[_Program]:
+        """Return coarser and coarser programs, of which the last has few unknowns."""
+        found = list[_Program]()
+        for interpolation in self._interpolations:
+            program = program.coarser(interpolation, program.matrix.ptap(interpolation))
+            found.append(program)
+        return found
+
+    def _cut_off(self, interpolation: Any, free: Any) -> tuple[Any, Any]:
+        """Return an interpolation's rows for free nodes, without columns of zeros, and which columns are left."""
+        rows, weights = interpolation.createVecLeft(), interpolation.createVecRight()
+        first = interpolation.getOwnershipRange()[0]
+        values = np.zeros(rows.getLocalSize())
+        values[free.getIndices() - first] = 1.0
+        rows.setArray(values)
+        interpolation.multTranspose(rows, weights)
+        numbers = np.flatnonzero(weights.getArray()) + interpolation.getOwnershipRangeColumn()[0]
+        left = self._petsc.IS().createGeneral(numbers.astype(self._petsc.IntType), comm=interpolation.getComm())
+        return interpolation.createSubMatrix(free, left), left
+
+
+def _interpolation(mask: Any, mine: slice) -> tuple[tuple[Any, Any, Any], Any, slice]:
+    """Return linear interpolation from every other node to a rank's nodes, and the coarse lattice.
+
+    Returns
+    -------
+    csr : tuple of array
+        Row starts, columns and values of the rank's rows.
+    coarse : array of bool
+        The coarse lattice's nodes: the second, fourth, ... of the second, fourth, ... row; or of all rows, where they
+        are fewer than three.
+    of_coarse : slice
+        The coarse nodes that are the rank's own: those that stand at its nodes.
+    """
+    steps = [2 if length > 2 else 1 for length in mask.shape]
+    coarse = mask[steps[0] - 1 :: steps[0], steps[1] - 1 :: steps[1]]
+    numbers = np.full([length + 2 for length in coarse.shape], -1)  # with a ring
+    numbers[1:-1, 1:-1][coarse] = np.arange(np.count_nonzero(coarse))
+    places = np.flatnonzero(mask)
+    sides = []
+    for at, step in zip(np.divmod(places[mine], mask.shape[1]), steps, strict=True):
+        between = (at % 2 == 0) & (step == 2)
+        before, behind = (at - 1) // 2 if step == 2 else at, at // step
+        sides.append(((before, np.where(between, 0.5, 1.0)), (behind, np.where(between, 0.5, 0.0))))
+    columns, weights = [], []
+    for row, row_weight in sides[0]:
+        for column, column_weight in sides[1]:
+            columns.append(numbers[row + 1, column + 1])
+            weights.append(row_weight * column_weight)
+    found, values = np.column_stack(columns), np.column_stack(weights)
+    kept = (found >= 0) & (values > 0.0)
+    starts = np.concatenate([[0], np.cumsum(np.count_nonzero(kept, axis=1))])
+    rows, along = np.nonzero(coarse)
+    beneath = np.searchsorted(
+        places, (steps[0] * rows + steps[0] - 1) * mask.shape[1] + steps[1] * along + steps[1] - 1
+    )
+    of_coarse = slice(*(int(end) for end in np.searchsorted(beneath, (mine.start, mine.stop))))
+    return (starts, found[kept], values[kept]), coarse, of_coarse
+
+
+class _Renewed:
+    """A preconditioner that is made anew wherever it is set up: for other free nodes there is another one.
+
+    PETSc 3.18 keeps the sizes of GAMG's coarsest level, and refuses others.
+
+    Parameters
+    ----------
+    levels : _Algebraic or _Geometric
+    program : _Program
+    snes : SNES
+        What solves the program.
+    """
+
+    def __init__(self, levels: _Algebraic | _Geometric, program: _Program, snes: Any) -> None:
+        self._levels, self._program, self._snes, self._made = levels, program, snes, None
 
     def setUp(self, pc: Any) -> None:
         """Make it for the operators of now."""
         if self._made is not None:
             self._made.destroy()
-        self._made = self._make(*pc.getOperators())
+        matrix = pc.getOperators()[1]
+        self._made = self._levels.preconditioner(self._program, matrix, self._snes.getVIInactiveSet())
 
     def apply(self, _pc: Any, vector: Any, result: Any) -> None:
         """Apply it."""
@@ -303,16 +462,14 @@ class _Log:
 
     def __init__(self, system: System, told: Mapping[str, Any]) -> None:
         self._system, self._records = system, bool(told["history"])
-        self._stopped: Callable[[], bool] = told.get("stopped") or _never
         self._end = np.inf if told["seconds"] is None else time.monotonic() + told["seconds"]
         self._before: Any = None
         self.steps, self.left = 0, False
         self.history: dict[str, list[float]] = {"active": [], "changed": [], "residual": []} if self._records else {}
 
     def look(self, *_: Any) -> None:
-        """Look at the clock, and whether somebody waits; all ranks leave together."""
-        late = self._stopped() or time.monotonic() > self._end
-        if self._system.total(float(late)):
+        """Look at the clock; all ranks leave together."""
+        if self._system.total(float(time.monotonic() > self._end)):
             self.left = True
             raise _Left
 
@@ -357,7 +514,7 @@ def main(folder: Path, caller: int) -> None:
         raise RuntimeError(
             f"PETSc sees {found} ranks where {ranks} were started: this mpiexec belongs to another MPI than PETSc's"
         )
-    system = System(asked["arrays"], options, together=True)
+    system = System(asked["arrays"], options)
     _answer(folder, number, rank, None, {})
     while True:
         number += 1
