@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import os
+import select
 import shutil
 import subprocess
 import tempfile
@@ -14,6 +15,9 @@ from typing import Any, Self
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 """The browser's program; None where there is none."""
+
+_PATIENCE = 120.0
+"""Seconds within which the browser has to say anything at all: the start of one on a busy machine takes some."""
 
 _OPTIONS = (
     "--headless",
@@ -81,8 +85,10 @@ class Page:
 
     def open(self, address: str) -> None:
         """Open a page, and wait until it is loaded: amid a change of pages there may be no document to ask."""
-        document = self._call("Page.navigate", url=address)["loaderId"]
-        while document not in self._loaded:
+        found = self._call("Page.navigate", url=address)
+        if "errorText" in found:
+            raise RuntimeError(f"{address}: {found['errorText']}")
+        while found["loaderId"] not in self._loaded:
             self._notice(self._next())
 
     def ask(self, expression: str) -> Any:
@@ -144,6 +150,8 @@ class Page:
 
     def _next(self) -> dict[str, Any]:
         while b"\0" not in self._received:
+            if not select.select([self._read], [], [], _PATIENCE)[0]:
+                raise TimeoutError(f"the browser has said nothing for {_PATIENCE:g} s; its console: {self.complaints}")
             more = os.read(self._read, 1 << 20)
             if not more:
                 raise RuntimeError("the browser has ended")

@@ -22,6 +22,23 @@ settings.register_profile("thorough", parent=settings.get_profile("contactqp"), 
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "contactqp"))
 
 
+class FailuresAtOnce:
+    """Tells of a failure when it happens: what ends a run from outside would take the summary along."""
+
+    def __init__(self, terminal):
+        self._terminal = terminal
+
+    def pytest_runtest_logreport(self, report):
+        if report.failed:
+            self._terminal.write_line(f"\n{report.nodeid} ({report.when}):\n{report.longreprtext}")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config):
+    if config.getoption("numprocesses", None):
+        config.pluginmanager.register(FailuresAtOnce(config.pluginmanager.getplugin("terminalreporter")))
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_setupnodes():
     """Compile all kernels, each half in a process of its own, before tests run side by side."""

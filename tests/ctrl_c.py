@@ -5,7 +5,7 @@ import sys
 import textwrap
 
 PROMPTLY = 3.0
-"""Seconds in which Ctrl-C is answered at the latest: one, but for a busy machine."""
+"""Seconds in which Ctrl-C is answered, or a limit kept, at the latest: one, but for a busy machine."""
 
 PROGRAM = """
     import os, signal, threading, time

@@ -384,7 +384,7 @@ def test_time_limits_end_what_does_not_look_at_the_clock():
     started = time.perf_counter()
     solution = cq.solve(cq.gallery.bowl(150), "qpsolvers:piqp", time_limit=4.0, on_failure="ignore")
     assert solution.status == "time_limit"
-    assert time.perf_counter() - started < 4.0 + 1.0 + 1.0  # the limit, its slack, and the making of the problem
+    assert time.perf_counter() - started < 4.0 + PROMPTLY
 
 
 def test_two_threads_may_call_different_packages_at_once():

@@ -519,7 +519,7 @@ def test_compiling_is_announced_on_a_terminal_alone(monkeypatch, capsys):
     once(object(), lambda: time.sleep(0.1), "nothing")
     assert capsys.readouterr() == ("", "")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    once(object(), lambda: time.sleep(0.1), "nothing")
+    once(object(), lambda: time.sleep(0.5), "nothing")
     assert capsys.readouterr().err == "contactqp: compiling the kernels of nothing, once on this machine\n"
 
 

@@ -54,6 +54,8 @@ _FOR_RANKS = {
     "OMPI_MCA_ess_singleton_isolated": "1",  # a single process needs no daemon, whose start takes a second
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
 }
+_FOR_ONE = {"OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self"}
+"""A single process talks to nobody: that Open MPI looks for networks would be nearly half of its start."""
 
 
 class InFiles:
@@ -117,7 +119,7 @@ class InFiles:
                     stdin=subprocess.DEVNULL,
                     stdout=_standard_error(),
                     stderr=errors,
-                    env={**_environment(), **self._interpreter.environment},
+                    env={**_environment(settings["ranks"]), **self._interpreter.environment},
                     start_new_session=True,  # Ctrl-C at a terminal does not reach it
                 )
             except OSError as error:
@@ -170,12 +172,12 @@ class InFiles:
         return f": {words}" if words else ""
 
 
-def _environment() -> dict[str, str]:
-    """Return the environment of the processes: where this one is a rank of an MPI program, they are none of it."""
+def _environment(ranks: int) -> dict[str, str]:
+    """Return the environment of so many processes: where this one is a rank of an MPI program, they are none of it."""
     found = dict(os.environ)
     if any(name in found for name in _LAUNCHED):
         found = {name: value for name, value in found.items() if not name.startswith(_LAUNCHERS)}
-    return {**_FOR_RANKS, **found}
+    return {**_FOR_RANKS, **(_FOR_ONE if ranks == 1 else {}), **found}
 
 
 def _standard_error() -> int:

@@ -40,6 +40,10 @@ _INFINITE = 1e300
 """What counts as no bound: PETSc's own infinity is less than that of floating-point numbers."""
 
 
+_PARENT = os.getppid()
+"""Who has started this process: the caller, or mpiexec."""
+
+
 class _Left(Exception):  # noqa: N818  (a finding, not a fault)
     """The time is over."""
 
@@ -76,6 +80,7 @@ class System:
         self.program = _Program(PETSc.Mat().createAIJ((local, local), csr=csr, comm=self.comm))
         self._share = PETSc.Vec().createMPI((1, self.ranks), comm=self.comm)
         self._levels = self._levels_of(matrix.get("mask"))
+        self._renewed = None if self._levels is None else _Renewed(self, self._levels)
         self._fresh = True
 
     def start(self, vectors: Mapping[str, Any], _told: Mapping[str, Any]) -> tuple[None, dict[str, Any]]:
@@ -141,9 +146,10 @@ class System:
         if eps is not None:
             snes.setTolerances(rtol=0.0, atol=eps * program.forces.norm(), stol=0.0)
         snes.setMonitor(monitor)
-        if self._levels is not None:
+        if self._renewed is not None:
             snes.getKSP().getPC().setType("python")
-            snes.getKSP().getPC().setPythonContext(_Renewed(self._levels, program, snes))
+            self._renewed.serve(program, snes)
+            snes.getKSP().getPC().setPythonContext(self._renewed)
         snes.setFromOptions()
         try:
             snes.solve(None, program.gap)
@@ -429,31 +435,45 @@ def _interpolation(mask: Any, mine: slice) -> tuple[tuple[Any, Any, Any], Any, s
 
 
 class _Renewed:
-    """A preconditioner that is made anew wherever it is set up: for other free nodes there is another one.
+    """A preconditioner for the free nodes, which is made anew where these are others.
 
-    PETSc 3.18 keeps the sizes of GAMG's coarsest level, and refuses others.
+    PETSc 3.18 keeps the sizes of GAMG's coarsest level, and refuses others. Where the nodes are those of the call
+    before, as they are when a smaller residual is asked for, so is the preconditioner.
 
     Parameters
     ----------
+    system : System
     levels : _Algebraic or _Geometric
-    program : _Program
-    snes : SNES
-        What solves the program.
     """
 
-    def __init__(self, levels: _Algebraic | _Geometric, program: _Program, snes: Any) -> None:
-        self._levels, self._program, self._snes, self._made = levels, program, snes, None
+    def __init__(self, system: System, levels: _Algebraic | _Geometric) -> None:
+        self._system, self._levels = system, levels
+        self._snes: Any = None
+        self._made: Any = None
+        self._program: _Program | None = None
+        self._free: Any = None
+
+    def serve(self, program: _Program, snes: Any) -> None:
+        """Precondition what a solver of a program asks for from now on."""
+        if program is not self._program:
+            self._free = None
+        self._program, self._snes = program, snes
 
     def setUp(self, pc: Any) -> None:
         """Make it for the operators of now."""
+        free = self._snes.getVIInactiveSet()
+        numbers = np.array(free.getIndices())
+        others = self._free is None or not np.array_equal(numbers, self._free)
+        if self._system.total(float(others)) == 0.0:
+            return
         if self._made is not None:
             self._made.destroy()
-        matrix = pc.getOperators()[1]
-        self._made = self._levels.preconditioner(self._program, matrix, self._snes.getVIInactiveSet())
+        assert self._program is not None
+        self._made = self._levels.preconditioner(self._program, pc.getOperators()[1], free)
+        self._free = numbers
 
     def apply(self, _pc: Any, vector: Any, result: Any) -> None:
         """Apply it."""
-        assert self._made is not None
         self._made.apply(vector, result)
 
 
@@ -508,14 +528,14 @@ def main(folder: Path, caller: int) -> None:
     petsc4py.init(["contactqp", *_as_arguments(options)])  # some are asked for at the start alone
     from petsc4py import PETSc
 
-    rank, found = PETSc.COMM_WORLD.getRank(), PETSc.COMM_WORLD.getSize()
+    found = PETSc.COMM_WORLD.getSize()
     (folder / f"{os.getpid()}.pid").touch()
     if found != ranks:
         raise RuntimeError(
             f"PETSc sees {found} ranks where {ranks} were started: this mpiexec belongs to another MPI than PETSc's"
         )
     system = System(asked["arrays"], options)
-    _answer(folder, number, rank, None, {})
+    _answer(folder, number, system, None, {})
     while True:
         number += 1
         asked = _awaited(folder, number, caller)
@@ -524,7 +544,7 @@ def main(folder: Path, caller: int) -> None:
         part, facts = getattr(system, asked["method"])(asked["arrays"], asked["settings"])
         if part is not None:
             _write_part(folder, number, system, part)
-        _answer(folder, number, rank, part, facts)
+        _answer(folder, number, system, part, facts)
 
 
 def _as_arguments(options: Mapping[str, Any]) -> list[str]:
@@ -540,7 +560,7 @@ def _awaited(folder: Path, number: int, caller: int) -> dict[str, Any] | None:
     """Return the next question, its arrays left in their files, or None where nobody can ask any more."""
     file, since = folder / f"{number}.json", time.monotonic()
     while not file.exists():
-        if not (folder.exists() and _lives(caller)):
+        if not (folder.exists() and _lives(caller) and os.getppid() == _PARENT):
             shutil.rmtree(folder, ignore_errors=True)
             return None
         time.sleep(_OFTEN if time.monotonic() - since < _SOON else _SELDOM)
@@ -550,7 +570,7 @@ def _awaited(folder: Path, number: int, caller: int) -> dict[str, Any] | None:
 
 
 def _lives(process: int) -> bool:
-    """Whether a process is there: mpiexec, which starts the ranks, outlives whoever started it."""
+    """Whether a process is there: mpiexec, which starts the ranks, outlives whoever started it, or ends before."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -559,7 +579,7 @@ def _lives(process: int) -> bool:
 
 
 def _write_part(folder: Path, number: int, system: System, part: Any) -> None:
-    """Write this rank's share of a vector; all have done so when this returns."""
+    """Write this rank's share of a vector."""
     path = folder / f"{number}.npy"
     if system.rank == 0:
         np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(system.program.gap.getSize(),)).flush()
@@ -567,11 +587,12 @@ def _write_part(folder: Path, number: int, system: System, part: Any) -> None:
     whole = np.lib.format.open_memmap(path, mode="r+")
     whole[system.mine] = part
     whole.flush()
+
+
+def _answer(folder: Path, number: int, system: System, part: Any, facts: Mapping[str, Any]) -> None:
+    """Answer when all ranks have read the question and have written their shares: the caller then removes the files."""
     system.comm.barrier()
-
-
-def _answer(folder: Path, number: int, rank: int, part: Any, facts: Mapping[str, Any]) -> None:
-    if rank == 0:
+    if system.rank == 0:
         whole = folder / f"{number}.part"
         whole.write_text(json.dumps({"facts": facts, "vector": part is not None}), encoding="utf-8")
         whole.replace(folder / f"{number}.done")
