@@ -6,23 +6,20 @@ Benson and Munson, *Flexible complementarity solvers for large-scale application
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from ..errors import ContactWarning
 from ..foundation.checks import Vector, integer_at_least
-from ..foundation.outside import stacklevel_outside
 from ..methods.factors import DIRECT_SIZE
 from ..problem.contact_problem import ContactProblem
-from .base import Answer, Backend, Stop, Task
+from .base import Backend, Stop, Task
 from .library import Ask, Outcome, Plan, Reply, Vectors
 from .option_checks import Check, PlainSettings, Positive
 from .petsc_place import INSTALL, interpreter, options, placed
-from .placed_state import PlacedState
+from .petsc_unused import StateWithUnusedOptions
 from .processes import LostProcessError, Placed
 
 
@@ -80,34 +77,18 @@ class Petsc(Backend):
         return None if found is None else found.version
 
 
-class _Prepared(PlacedState):
+class _Prepared(StateWithUnusedOptions):
     """The matrix in PETSc."""
 
     imports: ClassVar[str] = "numpy"  # PETSc is loaded where it is
     outcomes: ClassVar[Mapping[Any, Outcome]] = {
-        **PlacedState.outcomes,
+        **StateWithUnusedOptions.outcomes,
         "converged": Outcome(Stop.DONE, claims=True),
         "diverged": Outcome(Stop.DONE),  # where rounding stops it, the answer may be good enough
         "DIVERGED_MAX_IT": Outcome(Stop.ITERATION_LIMIT),
     }
     tightest: ClassVar[float] = 1e-15
     starts_again: ClassVar[bool] = True
-
-    def __init__(
-        self, declared: Callable[..., Any], problem: ContactProblem, task: Task, options: Mapping[str, Any]
-    ) -> None:
-        super().__init__(declared, problem, task, options)
-        self._unused, self._told = set[str](), set[str]()
-
-    def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
-        """See `State.solve`."""
-        answer, news = super().solve(q, task, problem), self._unused - self._told
-        if news:
-            names = ", ".join(map(repr, sorted(news)))
-            message = f"petsc_options has {names}, which nothing in PETSc asks for: misspelt, or of what is not used"
-            warnings.warn(message, ContactWarning, stacklevel=stacklevel_outside())
-        self._told |= news
-        return answer
 
     def plan(self, task: Task) -> Plan:
         """See `LibraryState.plan`."""
@@ -118,9 +99,7 @@ class _Prepared(PlacedState):
     def set_up(self, ask: Ask, vectors: Vectors) -> Placed:
         """See `LibraryState.set_up`."""
         ranks = self.settings.get("ranks", 1)
-        own = (
-            {} if ask.task.own_defaults else options(self.problem.size, ranks, lattice=self.problem.stencil is not None)
-        )
+        own = {} if ask.task.own_defaults else options(self.problem, ranks)
         return placed(self.problem, ranks, own | dict(self.settings.get("petsc_options") or {}))
 
     def start(self, workspace: Placed, gap: Vector, reaction: Vector) -> None:
@@ -140,8 +119,7 @@ class _Prepared(PlacedState):
     def reply(self, ask: Ask, found: Any) -> Reply:
         """See `PlacedState.reply`."""
         gap, facts = found
-        self._unused = set(facts["unused"]) & set(self.settings.get("petsc_options") or {})
-        word = facts["word"]
+        self.unused, word = set(facts["unused"]) & set(self.settings.get("petsc_options") or {}), facts["word"]
         status = word if word in self.outcomes else "converged" if word.startswith("CONVERGED") else "diverged"
         eps = f", eps {ask.eps:.0e}" if np.isfinite(ask.eps) else ""
         history = {name: np.array(values) for name, values in facts["history"].items()}

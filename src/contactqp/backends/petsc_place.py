@@ -29,18 +29,14 @@ def interpreter() -> Interpreter | None:
     return interpreter_with("petsc4py.PETSc", VARIABLE, [{"PETSC_DIR": build} for build in builds])
 
 
-def options(size: int, ranks: int, lattice: bool) -> dict[str, Any]:
+def options(problem: ContactProblem, ranks: int) -> dict[str, Any]:
     """Return PETSc's options as the package sets them.
 
     Few unknowns are factorised; of more, multigrid has every other node of a lattice, or what GAMG finds in a matrix.
-
-    Examples
-    --------
-    >>> options(1_000_000, 2, lattice=False)
-    {'ksp_type': 'cg', 'snes_vi_zero_tolerance': 0.0, 'pc_type': 'gamg'}
     """
-    few, many = "lu" if ranks == 1 else "redundant", "mg" if lattice else "gamg"
-    return {"ksp_type": "cg", "snes_vi_zero_tolerance": 0.0, "pc_type": few if size <= DIRECT_SIZE else many}
+    few, many = "lu" if ranks == 1 else "redundant", "gamg" if problem.stencil is None else "mg"
+    kind = few if problem.size <= DIRECT_SIZE else many
+    return {"ksp_type": "cg", "snes_vi_zero_tolerance": 0.0, "pc_type": kind}
 
 
 def placed(problem: ContactProblem, ranks: int, told: Mapping[str, Any]) -> Placed:

@@ -535,7 +535,8 @@ def main(folder: Path, caller: int) -> None:
             f"PETSc sees {found} ranks where {ranks} were started: this mpiexec belongs to another MPI than PETSc's"
         )
     system = System(asked["arrays"], options)
-    _answer(folder, number, system, None, {})
+    system.comm.barrier()
+    _answer(folder, number, system.rank, None, {})
     while True:
         number += 1
         asked = _awaited(folder, number, caller)
@@ -544,7 +545,9 @@ def main(folder: Path, caller: int) -> None:
         part, facts = getattr(system, asked["method"])(asked["arrays"], asked["settings"])
         if part is not None:
             _write_part(folder, number, system, part)
-        _answer(folder, number, system, part, facts)
+        # The caller removes the files when it is answered: by then all ranks have read the question and written.
+        system.comm.barrier()
+        _answer(folder, number, system.rank, part, facts)
 
 
 def _as_arguments(options: Mapping[str, Any]) -> list[str]:
@@ -589,10 +592,8 @@ def _write_part(folder: Path, number: int, system: System, part: Any) -> None:
     whole.flush()
 
 
-def _answer(folder: Path, number: int, system: System, part: Any, facts: Mapping[str, Any]) -> None:
-    """Answer when all ranks have read the question and have written their shares: the caller then removes the files."""
-    system.comm.barrier()
-    if system.rank == 0:
+def _answer(folder: Path, number: int, rank: int, part: Any, facts: Mapping[str, Any]) -> None:
+    if rank == 0:
         whole = folder / f"{number}.part"
         whole.write_text(json.dumps({"facts": facts, "vector": part is not None}), encoding="utf-8")
         whole.replace(folder / f"{number}.done")
