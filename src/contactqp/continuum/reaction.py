@@ -155,11 +155,14 @@ def _loads(problem: ObstacleProblem, mean: Grid, cutoff: Grid) -> tuple[float, f
     # φ lies between the least and the largest of 16 coefficients.
     rows, columns = inside.shape
     blocks = [cutoff[i : i + rows, j : j + columns] for i in range(4) for j in range(4)]
-    swing = np.maximum.reduce(blocks) - np.minimum.reduce(blocks)
-    average = corners.mean(axis=0)
-    size = _ERROR * (np.abs(corners).sum(axis=0) + np.abs(below) + np.abs(above))
-    off = (spread * swing / 2.0 + size)[inside]
-    least = ((average + below) * mean)[inside] - off
-    most = ((average + above) * mean)[inside] + off
+    largest, smallest = np.maximum.reduce(blocks), np.minimum.reduce(blocks)
+    # Where φ vanishes the load does not count, though nothing be known of it.
+    counts = inside & ((largest > 0.0) | (smallest < 0.0))
+    size = _ERROR * (np.abs(corners).sum(axis=0) + np.abs(below) + np.abs(above))[counts]
+    with np.errstate(invalid="ignore"):  # of an endless range nothing finite comes, with or without a swing
+        off = spread[counts] * (largest - smallest)[counts] / 2.0 + size
+        average, shares = corners.mean(axis=0)[counts], mean[counts]
+        least = (average + below[counts]) * shares - off
+        most = (average + above[counts]) * shares + off
     low, high = sum_below(least) * area, sum_above(most) * area
     return low - _ERROR * abs(low), high + _ERROR * abs(high)
