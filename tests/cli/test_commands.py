@@ -553,7 +553,10 @@ def test_what_cannot_go_along_is_refused_before_any_work(tmp_path):
     case.write_text(BOWL, encoding="utf-8")
     result = run("solve", case, "--continuum", "energy", "--out", tmp_path / "answer.csv")
     assert result.exit_code == 2
-    assert "go into .nc and .zarr files" in " ".join(result.output.split())
+    assert "a table of nodes takes bounds at the nodes" in " ".join(result.output.split())
+    result = run("solve", case, "--continuum", "pointwise", "--out", tmp_path / "answer.geojson")
+    assert result.exit_code == 2
+    assert "go into .nc .csv .zarr" in " ".join(result.output.split())
     result = run("solve", case, "--continuum", "pointwse")
     assert "did you mean 'pointwise'" in " ".join(result.output.split())
 

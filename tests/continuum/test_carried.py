@@ -1,10 +1,12 @@
 """Bounds of the membrane itself go along where they are asked for: in datasets, files, pictures and reports."""
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
 import contactqp as cq
+from contactqp.io.answers import read_answer
 
 
 @pytest.fixture(scope="module")
@@ -55,10 +57,55 @@ def test_files_hold_them_by_the_conventions_of_cf(solution, tmp_path, suffix):
     assert (cq.load_solution(file).gap == solution.gap).all()
 
 
-def test_other_files_have_no_room_for_them(solution, tmp_path):
-    with pytest.raises(ValueError, match=r"bounds of the membrane itself go into \.nc and \.zarr files"):
+def test_patches_and_tables_of_an_energy_have_no_room_for_them(solution, tmp_path):
+    with pytest.raises(ValueError, match=r"bounds of the membrane itself go into \.nc \.csv .* files"):
+        solution.save(tmp_path / "bowl.geojson", continuum="pointwise")
+    with pytest.raises(ValueError, match=r"bowl\.csv: a table of nodes takes bounds at the nodes"):
         solution.save(tmp_path / "bowl.csv", continuum="energy")
+    with pytest.raises(AttributeError, match="needs a model"):
+        cq.solve(solution.problem).save(tmp_path / "bare.csv", continuum="pointwise")
     assert not list(tmp_path.iterdir())
+
+
+NODAL = ("deflection_lower", "deflection_upper", "gap_lower", "gap_upper")
+
+
+def test_a_table_of_nodes_has_columns_of_them(solution, tmp_path):
+    file = solution.save(tmp_path / "bowl.csv", continuum="pointwise")
+    table = pd.read_csv(file)
+    proven = solution.continuum("pointwise").carried
+    for name in NODAL:
+        np.testing.assert_array_equal(table[f"continuum_{name}"], proven.at_nodes[name].values)
+    assert (table.continuum_deflection_lower <= table.deflection).all()
+    np.testing.assert_array_equal(read_answer(file, solution.model), solution.gap)
+    assert not [name for name in pd.read_csv(solution.save(tmp_path / "plain.csv")) if "continuum" in name]
+
+
+def test_bands_of_a_geotiff_are_described(solution, tmp_path):
+    rasterio = pytest.importorskip("rasterio")
+    found = solution.continuum("pointwise")
+    with rasterio.open(solution.save(tmp_path / "bowl.tif", continuum="pointwise")) as stored:
+        for name in NODAL:
+            band = stored.descriptions.index(f"continuum_{name}") + 1
+            values = found.carried.at_nodes[name].values
+            np.testing.assert_array_equal(solution.model.lattice.gather(stored.read(band)[::-1]), values)
+            assert stored.units[band - 1] == "m"
+            assert "proven" in stored.tags(band)["meaning"]
+        assert float(stored.tags()["contactqp_continuum_contact_area_upper"]) == found.contact.area.upper
+        assert stored.tags()["contactqp_continuum_data"] == "exact"
+
+
+@pytest.mark.parametrize("suffix", [".vtu", ".vti"])
+def test_paraview_reads_them_at_points(solution, tmp_path, suffix):
+    pyvista = pytest.importorskip("pyvista")
+    found = solution.continuum("pointwise")
+    mesh = pyvista.read(solution.save(tmp_path / f"bowl{suffix}", continuum="pointwise"))
+    for name in NODAL:
+        values = np.asarray(mesh.point_data[f"continuum_{name}"])
+        np.testing.assert_array_equal(values[~np.isnan(values)], found.carried.at_nodes[name].values)
+    assert mesh.field_data["continuum_contact_area_lower"][0] == found.contact.area.lower
+    energy = pyvista.read(solution.save(tmp_path / f"energy{suffix}", continuum="energy"))
+    assert energy.field_data["continuum_energy_error"][0] == solution.continuum().energy_error
 
 
 def test_a_map_shows_the_strip(solution):

@@ -141,7 +141,8 @@ def solve(
             if given is not None:
                 raise ValueError(f"{option} works in one process only; start without mpiexec, or leave it out")
         raise typer.Exit(solve_together(case, backend, tolerance(tol), time_limit, out, plot))
-    from ..io.writers import WRITERS, holds_bounds, require_dataset, require_suitable
+    from ..io.writers import WRITERS, holds_bounds, require_room, require_suitable
+    from ..models.cable import Cable
 
     effort = _effort(continuum if continuum_tol is None else "pointwise")
     check_output("--out", out, tuple(WRITERS))
@@ -152,7 +153,7 @@ def solve(
     if out is not None:
         require_suitable(out, model)
         if continuum is not None:
-            require_dataset(out)
+            require_room(out, none_at_nodes=effort == "energy" and not isinstance(model, Cable))
     reached = True
     if continuum_tol is None:
         solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
 from ..foundation.units import unit_of
 from ..geometry.numbering import Grid
+from ..io.carried import Quantity
 from ..io.datasets import dataset_of
 from ..io.fields import Field
 from ..models.base import ContactModel
@@ -22,23 +23,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _STATES = NodeState.CONTACT, NodeState.CLEAR, NodeState.UNDECIDED
-
-
-class Quantity(NamedTuple):
-    """A number that is proven of a membrane.
-
-    Attributes
-    ----------
-    value : float or Bracket
-    unit : str
-        In words, as `contactqp.io.fields.Field` has it.
-    meaning : str
-        What it is, in a few words.
-    """
-
-    value: float | Bracket
-    unit: str
-    meaning: str
 
 
 class InSquares(NamedTuple):
@@ -58,11 +42,34 @@ class InSquares(NamedTuple):
     gap_upper: Grid
     contact: ContactBounds
 
+    @property
+    def fields(self) -> dict[str, Field]:
+        """Bounds of the gap, and `contactqp.models.records.NodeState` of the squares."""
+        told = "1 certainly in contact, 0 certainly clear, -1 undecided, in all of the square"
+        found = {
+            f"gap_{end}_in_squares": Field(
+                getattr(self, f"gap_{end}"), "length", f"proven {end} bound of the membrane's gap in the square"
+            )
+            for end in ("lower", "upper")
+        }
+        return found | {_STATE: Field(_states(self.contact), "1", told)}
+
+
+_STATE = "contact_state_in_squares"
+
+
+def both_ends(name: str, bracket: Bracket, unit: str, meaning: str) -> dict[str, Quantity]:
+    """Return the ends of a bracket as two numbers, whose names end in ``_lower`` and ``_upper``."""
+    return {
+        f"{name}_{end}": Quantity(bound, unit, f"{end} bound of the {meaning}")
+        for end, bound in zip(("lower", "upper"), bracket, strict=True)
+    }
+
 
 def bounds_dataset(
     model: ContactModel, numbers: Mapping[str, Quantity], nodal: Mapping[str, Field], squares: InSquares | None
 ) -> xr.Dataset:
-    """Return bounds as a dataset; a bracket becomes two variables, ``_lower`` and ``_upper``.
+    """Return bounds as a dataset.
 
     Parameters
     ----------
@@ -77,20 +84,17 @@ def bounds_dataset(
 
     data = dataset_of(model, nodal)
     for name, (value, unit, meaning) in numbers.items():
-        about = {"units": unit_of(unit, model.unit_names) or unit, "long_name": meaning}
-        if isinstance(value, Bracket):
-            for end, bound in zip(("lower", "upper"), value, strict=True):
-                data[f"{name}_{end}"] = ((), bound, about | {"long_name": f"{end} bound of the {meaning}"})
-        else:
-            data[name] = ((), value, about)
+        data[name] = ((), value, {"units": unit_of(unit, model.unit_names) or unit, "long_name": meaning})
     if squares is None:
         return data
     length = unit_of("length", model.unit_names) or "length"
-    dimensions = ("y_square", "x_square")
-    for name, end in (("gap_lower", "lower"), ("gap_upper", "upper")):
-        about = {"units": length, "long_name": f"proven {end} bound of the membrane's gap in the square"}
-        data[f"{name}_in_squares"] = (dimensions, getattr(squares, name), about)
-    data["contact_state_in_squares"] = (dimensions, *_states(squares.contact))
+    for name, (values, unit, meaning) in squares.fields.items():
+        about = {"units": unit_of(unit, model.unit_names) or unit, "long_name": meaning}
+        data[name] = (("y_square", "x_square"), values, about)
+    data[_STATE].attrs |= {
+        "flag_values": np.array([float(kind) for kind in _STATES]),
+        "flag_meanings": " ".join(kind.name.lower() for kind in _STATES),
+    }
     for axis, edges in zip("xy", squares.edges, strict=True):
         place, bounds = f"{axis}_square", f"{axis}_square_bounds"
         about = {"units": length, "long_name": f"{axis} of the middles of the squares", "bounds": bounds}
@@ -100,14 +104,9 @@ def bounds_dataset(
     return data
 
 
-def _states(contact: ContactBounds) -> tuple[Grid, dict[str, Any]]:
+def _states(contact: ContactBounds) -> Grid:
     known: dict[NodeState, Mask] = dict(zip(_STATES, (contact.contact, contact.clear, contact.undecided), strict=True))
     state = np.full(contact.clear.shape, np.nan)
     for kind, where in known.items():
         state[where] = kind.value
-    return state, {
-        "units": "1",
-        "long_name": "1 certainly in contact, 0 certainly clear, -1 undecided, in all of the square",
-        "flag_values": np.array([float(kind) for kind in _STATES]),
-        "flag_meanings": " ".join(kind.name.lower() for kind in _STATES),
-    }
+    return state

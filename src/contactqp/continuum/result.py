@@ -13,11 +13,12 @@ from ..foundation.cards import card
 from ..foundation.checks import Vector
 from ..foundation.pictures import UnitNames, Wanted
 from ..foundation.text import at_most, folded, rounded_outwards
+from ..io.carried import Carried, Quantity
 from ..io.fields import Field
 from ..models.base import ContactModel
 from ..plotting.of_squares import Strip, map_of_squares
 from .contact import ContactBounds
-from .dataset import InSquares, Quantity, bounds_dataset
+from .dataset import InSquares, both_ends, bounds_dataset
 from .membrane import MembraneBounds
 
 if TYPE_CHECKING:
@@ -182,21 +183,40 @@ class Continuum:
         >>> data["deflection_lower"].dims, data["error_bound"].attrs["units"]
         (('x',), 'length')
         """
-        found = self.pointwise
-        nodal, squares = {}, None
-        if found is not None:
-            nodal = {"gap_lower": found.gap_lower, "gap_upper": found.gap_upper}
-            squares = InSquares(found.edges, found.gap_lower_in_cells, found.gap_upper_in_cells, found.contact)
-        if found is not None or self.at_nodes is not None:
-            nodal = {"deflection_lower": self.lower, "deflection_upper": self.upper, **nodal}
-        fields = {name: Field(values, "length", _meaning(name)) for name, values in nodal.items()}
-        told = {"effort": self.effort, "data": self.data, "sampled": ", ".join(self.sampled)}
-        return bounds_dataset(self.model, self._numbers(), fields, squares).assign_attrs(told)
+        nodal, told = self._fields_at_nodes, self._told
+        return bounds_dataset(self.model, self._numbers, nodal, self._squares).assign_attrs(told)
 
+    @property
+    def carried(self) -> Carried:
+        """What goes along into files, see `contactqp.io.carried.Carried`."""
+        squares = {} if self._squares is None else self._squares.fields
+        return Carried(self._fields_at_nodes, squares, self._numbers, self._told, self.to_dataset)
+
+    @property
+    def _told(self) -> dict[str, str]:
+        return {"effort": self.effort, "data": self.data, "sampled": ", ".join(self.sampled)}
+
+    @property
+    def _fields_at_nodes(self) -> dict[str, Field]:
+        if self.pointwise is None and self.at_nodes is None:
+            return {}
+        nodal = {"deflection_lower": self.lower, "deflection_upper": self.upper}
+        if self.pointwise is not None:
+            nodal |= {"gap_lower": self.pointwise.gap_lower, "gap_upper": self.pointwise.gap_upper}
+        return {name: Field(values, "length", _meaning(name)) for name, values in nodal.items()}
+
+    @property
+    def _squares(self) -> InSquares | None:
+        found = self.pointwise
+        if found is None:
+            return None
+        return InSquares(found.edges, found.gap_lower_in_cells, found.gap_upper_in_cells, found.contact)
+
+    @property
     def _numbers(self) -> dict[str, Quantity]:
         work, root = "force times length", "square root of force times length"
-        numbers = {
-            "potential_energy": Quantity(self.energy, work, "membrane's potential energy"),
+        numbers = both_ends("potential_energy", self.energy, work, "membrane's potential energy")
+        numbers |= {
             "energy_error": Quantity(self.energy_error, root, "bound of the energy norm of the interpolant's error"),
             "energy_norm": Quantity(self.energy_norm, root, "energy norm of the interpolant"),
             "contact_error": Quantity(self.contact_error, work, "bound of the work of the reaction on the gap"),
@@ -208,11 +228,12 @@ class Continuum:
             return numbers
         found, contact = self.pointwise, self.pointwise.contact
         width = "bound of the Hausdorff distance of undecided squares and free boundary"
-        return numbers | {
+        return {
+            **numbers,
             "data_part": Quantity(found.data_part, "length", "part of error_bound that comes of data between nodes"),
-            "largest_depth": Quantity(found.largest_depth, "length", "membrane's largest depth, positive downwards"),
-            "contact_area": Quantity(contact.area, "length squared", "area in contact"),
-            "total_reaction": Quantity(contact.reaction, "force", "force that the support bears"),
+            **both_ends("largest_depth", found.largest_depth, "length", "membrane's largest depth, positive downwards"),
+            **both_ends("contact_area", contact.area, "length squared", "area in contact"),
+            **both_ends("total_reaction", contact.reaction, "force", "force that the support bears"),
             "free_boundary_width": Quantity(contact.free_boundary_width, "length", width),
         }
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..foundation.loading import load_modules, loaded
 from ..foundation.units import unit_of
 from ..models.records import NodeState
+from .carried import BESIDE, Carried
 from .fields import Field, fields_of
 from .model_records import record_of
 from .provenance import facts_of, provenance_of
@@ -21,35 +22,32 @@ if TYPE_CHECKING:
     from ..models.records import Answered
 
 
-BESIDE = "continuum_"
-"""What the names of variables begin with that are bounds of the membrane itself."""
-
-
-def solution_dataset(solution: Answered, model: ContactModel, beside: xr.Dataset | None = None) -> xr.Dataset:
+def solution_dataset(solution: Answered, model: ContactModel, carried: Carried | None = None) -> xr.Dataset:
     """Return the fields of a model's solution where the model lays them out, and the model (`Solution.to_dataset`).
 
     Parameters
     ----------
     solution : Solution
     model : Membrane, Cable, CableNet or another model
-    beside : xarray.Dataset, optional
+    carried : Carried, optional
         Bounds of the membrane itself, which become variables and attributes by their names after `BESIDE`.
     """
     data, record = dataset_of(model, fields_of(solution)).assign_attrs(facts_of(solution, model)), record_of(model)
     for name, (dimensions, values, meaning) in record.variables.items():
         data[name] = (dimensions, values, {"long_name": meaning})
     data = data.assign_attrs(record.attributes)
-    if beside is None:
+    if carried is None:
         return data
+    beside = carried.dataset()
     # What tells where squares begin and end is named by their coordinates, as it is.
     named = [name for name in beside.data_vars if not str(name).endswith("_bounds")]
     about = {f"{BESIDE}{name}": told for name, told in beside.attrs.items()}
     return data.merge(beside.rename({name: f"{BESIDE}{name}" for name in named})).assign_attrs(about)
 
 
-def file_dataset(solution: Answered, model: ContactModel, beside: xr.Dataset | None = None) -> xr.Dataset:
+def file_dataset(solution: Answered, model: ContactModel, carried: Carried | None = None) -> xr.Dataset:
     """Return what files hold: these fields by the conventions of CF, where they come from, and the whole model."""
-    data = solution_dataset(solution, model, beside)
+    data = solution_dataset(solution, model, carried)
     if not model.supported.all():
         # Without a support a gap is infinite, and the one that was solved for is counted from the frame's mean height.
         gap = Field(solution.gap, "length", "gap as solved for, without a support from the frame's mean height")

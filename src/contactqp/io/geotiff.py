@@ -10,7 +10,7 @@ import numpy as np
 from ..foundation.loading import needed
 from ..foundation.units import unit_of
 from ..models.on_area import AreaModel
-from .fields import fields_of
+from .carried import Carried, fields_with
 from .provenance import provenance_of
 
 if TYPE_CHECKING:
@@ -38,12 +38,12 @@ def require_membrane(model: ContactModel) -> None:
             raise ValueError(f"crs = {model.crs!r} is no coordinate reference system: {error}") from None
 
 
-def write_geotiff(solution: Answered, model: ContactModel, path: Path) -> None:
-    """Write every field as a band of doubles, nan outside the frame, with its unit and its name."""
+def write_geotiff(solution: Answered, model: ContactModel, path: Path, carried: Carried | None = None) -> None:
+    """Write every field as a band of doubles, nan outside the frame, with its unit and its name; numbers as tags."""
     require_membrane(model)
     assert isinstance(model, AreaModel)
     rasterio = needed("rasterio", "writing GeoTIFF", INSTALL)
-    fields, lattice = fields_of(solution), model.lattice
+    fields, lattice = fields_with(solution, carried), model.lattice
     rows, columns = lattice.shape
     step = lattice.spacing
     west, north = lattice.origin[0] - step / 2, float(lattice.y[-1]) + step / 2
@@ -56,4 +56,5 @@ def write_geotiff(solution: Answered, model: ContactModel, path: Path) -> None:
             file.set_band_description(band, name)
             file.set_band_unit(band, unit_of(field.unit, model.unit_names) or field.unit)
             file.update_tags(band, meaning=field.meaning)
-        file.update_tags(**{f"contactqp_{name}": str(value) for name, value in provenance_of(solution, model).items()})
+        facts = provenance_of(solution, model) | ({} if carried is None else carried.facts)
+        file.update_tags(**{f"contactqp_{name}": str(value) for name, value in facts.items()})

@@ -14,7 +14,7 @@ from ..models.base import ContactModel
 from ..models.cable_net import CableNet
 from ..models.mesh_membrane import MeshMembrane
 from ..models.on_lattice import LatticeModel
-from .fields import fields_of
+from .carried import Carried, fields_with
 from .provenance import provenance_of
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def _of_triangles(model: MeshMembrane, gap: Vector) -> Shape:
     return Shape(x, y, heights, np.asarray(model.free), np.asarray(model.triangles))
 
 
-def surface_of(solution: Answered, model: ContactModel) -> Any:
+def surface_of(solution: Answered, model: ContactModel, carried: Carried | None = None) -> Any:
     """Return the deflected shape as a `pyvista.UnstructuredGrid`; see `Solution.to_pyvista`."""
     pyvista = needed("pyvista", "to_pyvista", INSTALL)
     shape = shape_of(model, solution.gap)
@@ -99,16 +99,16 @@ def surface_of(solution: Answered, model: ContactModel) -> Any:
     kinds = np.array([0, 0, pyvista.CellType.LINE, pyvista.CellType.TRIANGLE, pyvista.CellType.QUAD], dtype=np.uint8)
     points = np.column_stack([shape.x, shape.y, elevation])
     mesh = pyvista.UnstructuredGrid(told[told >= 0], kinds[corners], points)
-    for name, values in _point_data(solution, model).items():
+    for name, values in _point_data(solution, model, carried).items():
         everywhere = np.full(shape.x.shape, 0 if values.dtype == np.uint8 else np.nan, dtype=values.dtype)
         everywhere[shape.node] = values
         mesh.point_data[name] = everywhere
     mesh.point_data["deflection"] = shape.deflection
     mesh.point_data["elevation"] = elevation
-    return _described(mesh, solution, model)
+    return _described(mesh, solution, model, carried)
 
 
-def image_of(solution: Answered, model: ContactModel) -> Any:
+def image_of(solution: Answered, model: ContactModel, carried: Carried | None = None) -> Any:
     """Return the fields on a lattice's array as a `pyvista.ImageData`; see `Solution.to_pyvista`.
 
     Raises
@@ -124,10 +124,10 @@ def image_of(solution: Answered, model: ContactModel) -> Any:
     image = pyvista.ImageData(
         dimensions=(columns, rows, 1), spacing=(lattice.spacing,) * 3, origin=(*lattice.origin, 0.0)
     )
-    for name, values in _point_data(solution, model).items():
+    for name, values in _point_data(solution, model, carried).items():
         grid = lattice.scatter(values, fill=0 if values.dtype == np.uint8 else np.nan)
         image.point_data[name] = grid.ravel()
-    return _described(image, solution, model)
+    return _described(image, solution, model, carried)
 
 
 def require_lattice(model: ContactModel) -> None:
@@ -136,11 +136,11 @@ def require_lattice(model: ContactModel) -> None:
         raise TypeError(f"it takes a model on a lattice, this one is {model!r}; write .vtu, .nc or .csv")
 
 
-def _point_data(solution: Answered, model: ContactModel) -> dict[str, NDArray[Any]]:
+def _point_data(solution: Answered, model: ContactModel, carried: Carried | None) -> dict[str, NDArray[Any]]:
     """Return the fields at the nodes, with yes and no as bytes, and elevations for filters that warp by them."""
     data: dict[str, NDArray[Any]] = {
         name: field.values.astype(np.uint8) if field.values.dtype == np.bool_ else np.array(field.values)
-        for name, field in fields_of(solution).items()
+        for name, field in fields_with(solution, carried).items()
     }
     upwards = 1.0 if model.upwards else -1.0
     data["elevation"] = upwards * data["deflection"]
@@ -148,21 +148,21 @@ def _point_data(solution: Answered, model: ContactModel) -> dict[str, NDArray[An
     return data
 
 
-def _described(mesh: Any, solution: Answered, model: ContactModel) -> Any:
-    for name, value in provenance_of(solution, model).items():
+def _described(mesh: Any, solution: Answered, model: ContactModel, carried: Carried | None) -> Any:
+    for name, value in (provenance_of(solution, model) | ({} if carried is None else carried.facts)).items():
         mesh.field_data[name] = [value]
     mesh.set_active_scalars(_STATE if _STATE in mesh.point_data else "contact")
     return mesh
 
 
-def write_image(solution: Answered, model: ContactModel, path: Path) -> None:
+def write_image(solution: Answered, model: ContactModel, path: Path, carried: Carried | None = None) -> None:
     """Write the fields on a lattice's array as a VTK image, which ParaView warps by ``elevation``."""
-    image_of(solution, model).save(path)
+    image_of(solution, model, carried).save(path)
 
 
-def write_surface(solution: Answered, model: ContactModel, path: Path) -> None:
+def write_surface(solution: Answered, model: ContactModel, path: Path, carried: Carried | None = None) -> None:
     """Write the deflected shape as a VTK mesh, which ParaView shows in space, coloured by the contact state."""
-    mesh = surface_of(solution, model)
+    mesh = surface_of(solution, model, carried)
     # Words are left out: readers of other projects, such as meshio, refuse files with them.
     words = [name for name in list(mesh.field_data) if np.asarray(mesh.field_data[name]).dtype.kind not in "iuf"]
     for name in words:

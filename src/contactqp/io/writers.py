@@ -13,6 +13,7 @@ from ..foundation.checks import Mask, Vector
 from ..foundation.files import replaced_as_a_whole, require_writable
 from ..foundation.loading import needed
 from ..problem.program_files import arrays_of
+from .carried import Carried, fields_with
 from .datasets import file_dataset
 from .fields import fields_of
 from .geojson import write_geojson
@@ -25,13 +26,11 @@ from .zarr_stores import INSTALL as ZARR
 from .zarr_stores import write_zarr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from ..models.base import ContactModel
     from ..models.records import Answered
 
 
-def write_solution(solution: Answered, model: ContactModel, path: Path, beside: xr.Dataset | None = None) -> None:
+def write_solution(solution: Answered, model: ContactModel, path: Path, carried: Carried | None = None) -> None:
     """Write a model's solution into a file of the format that its suffix names, replacing one of that name as a whole.
 
     Parameters
@@ -41,8 +40,8 @@ def write_solution(solution: Answered, model: ContactModel, path: Path, beside: 
         The solution's.
     path : Path
         Its suffix must be one of `WRITERS`, and its folder must exist.
-    beside : xarray.Dataset, optional
-        Bounds of the membrane itself, for files that hold a dataset; see `contactqp.io.datasets.solution_dataset`.
+    carried : Carried, optional
+        Bounds of the membrane itself, which go along.
 
     Raises
     ------
@@ -61,31 +60,39 @@ def write_solution(solution: Answered, model: ContactModel, path: Path, beside: 
     """
     require_writable(path, tuple(WRITERS), "solution")
     require_suitable(path, model)
-    suffix = path.suffix.lower()
-    if beside is not None:
-        require_dataset(path)
+    if carried is not None:
+        require_room(path, none_at_nodes=not carried.at_nodes)
     with replaced_as_a_whole(path) as unfinished:
-        if beside is None:
-            WRITERS[suffix](solution, model, unfinished)
-        else:
-            _DATASETS[suffix](file_dataset(solution, model, beside), unfinished)
+        WRITERS[path.suffix.lower()](solution, model, unfinished, carried)
 
 
-_DATASETS: dict[str, Callable[[xr.Dataset, Path], None]] = {".nc": write_netcdf_anew, ".zarr": write_zarr}
-"""What writes a dataset into a file that nobody reads yet."""
+_WITHOUT_NUMBERS, _WITHOUT_BOUNDS = (".csv",), (".geojson",)
+"""Files that hold columns of nodes and nothing else, and those that bounds do not go into."""
 
 
 def holds_bounds(path: Path) -> bool:
-    """Whether a file of such a suffix has room for bounds of the membrane itself."""
-    return path.suffix.lower() in _DATASETS
+    """Whether a file of such a suffix has room for bounds of the membrane itself at the nodes."""
+    return path.suffix.lower() not in _WITHOUT_BOUNDS
 
 
-def require_dataset(path: Path) -> None:
-    """Raise a ValueError unless a file of such a suffix has room for bounds of the membrane itself."""
+def require_room(path: Path, *, none_at_nodes: bool = False) -> None:
+    """Raise a ValueError unless a file of such a suffix has room for bounds of the membrane itself.
+
+    Parameters
+    ----------
+    path : Path
+    none_at_nodes : bool
+        Whether there are numbers only, as where no more than a membrane's energy was enclosed.
+    """
     if not holds_bounds(path):
-        known = " and ".join(_DATASETS)
+        known = " ".join(suffix for suffix in WRITERS if suffix not in _WITHOUT_BOUNDS)
         raise ValueError(
-            f"{path}: bounds of the membrane itself go into {known} files; write the answer alone, or those"
+            f"{path}: bounds of the membrane itself go into {known} files; write the answer alone, or one of those"
+        )
+    if none_at_nodes and path.suffix.lower() in _WITHOUT_NUMBERS:
+        raise ValueError(
+            f"{path}: a table of nodes takes bounds at the nodes, and of an energy there are none; ask for "
+            "'pointwise', or write .nc"
         )
 
 
@@ -138,19 +145,19 @@ BARE_WRITERS: dict[str, Callable[[Answered, Path], None]] = {".csv": _write_bare
 """What writes the solution of a bare problem, by the suffix of the file in small letters."""
 
 
-def _write_netcdf(solution: Answered, model: ContactModel, path: Path) -> None:
+def _write_netcdf(solution: Answered, model: ContactModel, path: Path, carried: Carried | None) -> None:
     """Write the dataset that `Solution.to_dataset` returns, by the conventions of CF, and the model."""
-    write_netcdf_anew(file_dataset(solution, model), path)
+    write_netcdf_anew(file_dataset(solution, model, carried), path)
 
 
-def _write_zarr(solution: Answered, model: ContactModel, path: Path) -> None:
+def _write_zarr(solution: Answered, model: ContactModel, path: Path, carried: Carried | None) -> None:
     """Write the same dataset as a Zarr store, a folder."""
-    write_zarr(file_dataset(solution, model), path)
+    write_zarr(file_dataset(solution, model, carried), path)
 
 
-def _write_table(solution: Answered, model: ContactModel, path: Path) -> None:
+def _write_table(solution: Answered, model: ContactModel, path: Path, carried: Carried | None) -> None:
     """Write a line for each node, with number, x, y and every quantity, below a line of names."""
-    fields = {name: field.values for name, field in fields_of(solution).items()}
+    fields = {name: field.values for name, field in fields_with(solution, carried).items()}
     _write_columns({"x": model.node_x, "y": model.node_y, **fields}, model.size, path)
 
 
@@ -162,6 +169,11 @@ def _write_columns(columns: dict[str, Vector | Mask], size: int, path: Path) -> 
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(("node", *columns))
         writer.writerows(nodes)
+
+
+def _write_patches(solution: Answered, model: ContactModel, path: Path, carried: Carried | None) -> None:
+    """Write the contact patches; bounds do not go into them, see `require_room`."""
+    write_geojson(solution, model, path)
 
 
 def require_suitable(path: Path, model: ContactModel) -> None:
@@ -182,20 +194,20 @@ def require_suitable(path: Path, model: ContactModel) -> None:
         raise TypeError(f"cannot write {path}: {error}") from None
 
 
-WRITERS: dict[str, Callable[[Answered, ContactModel, Path], None]] = {
+WRITERS: dict[str, Callable[[Answered, ContactModel, Path, Carried | None], None]] = {
     ".nc": _write_netcdf,
     ".csv": _write_table,
     ".zarr": _write_zarr,
     ".vti": write_image,
     ".vtu": write_surface,
     ".tif": write_geotiff,
-    ".geojson": write_geojson,
+    ".geojson": _write_patches,
 }
 """What writes a solution, by the suffix of the file, in small letters.
 
-Each takes a solution, its model, and the path of a file that is written anew, whose suffix may be another one, because
-it takes its name when it is done. It writes what `contactqp.io.fields.fields_of` returns: values in node order, shape
-(n,), unit and meaning of every quantity by name.
+Each takes a solution, its model, the path of a file that is written anew, whose suffix may be another one, because it
+takes its name when it is done, and bounds of the membrane itself that go along, or None. It writes what
+`contactqp.io.carried.fields_with` returns: values in node order, shape (n,), unit and meaning of each by its name.
 """
 
 _REQUIREMENTS: dict[str, tuple[Callable[[ContactModel], object], ...]] = {

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from ..io.carried import Carried
     from .sensitivity import Sensitivity
 
 OnFailure = Literal["warn", "raise", "ignore"]
@@ -841,11 +842,11 @@ class Solution:
         """
         from ..io.datasets import solution_dataset
 
-        return solution_dataset(self, self._physical("to_dataset"), self._beside(continuum))
+        return solution_dataset(self, self._physical("to_dataset"), self._carried(continuum))
 
-    def _beside(self, effort: Effort | None) -> xr.Dataset | None:
-        """Return what is proven of the membrane itself as a dataset, if it is asked for."""
-        return None if effort is None else self.continuum(effort).to_dataset()
+    def _carried(self, effort: Effort | None) -> Carried | None:
+        """Return what is proven of the membrane itself, if it is asked for."""
+        return None if effort is None else self.continuum(effort).carried
 
     def save(self, path: str | Path, *, continuum: Effort | None = None) -> Path:
         """Write the solution into a file of the format that its suffix names, replacing one of that name as a whole.
@@ -859,7 +860,10 @@ class Solution:
             membrane's fields; ``.geojson``: its contact patches. Of a bare problem ``.csv``, a line for each node, or
             ``.npz``, arrays by name with the problem, which `contactqp.load_solution` reads as well.
         continuum : {"energy", "pointwise"}, optional
-            Whether ``.nc`` and ``.zarr`` carry what is proven of the membrane itself, see `to_dataset`.
+            Whether what is proven of the membrane itself goes along, by names that begin with ``continuum_``: all of
+            `to_dataset` in ``.nc`` and ``.zarr``; bounds at the nodes as columns of ``.csv``, as point data of
+            ``.vtu`` and ``.vti``, and as bands of ``.tif``, where numbers are field data and tags. ``.geojson`` has no
+            room for it, nor a table of nodes for an energy alone.
 
         Returns
         -------
@@ -880,15 +884,16 @@ class Solution:
         >>> cq.load_solution(file).status.value
         'certified'
         """
-        from ..io.writers import require_dataset, write_bare, write_solution
+        from ..io.writers import require_room, write_bare, write_solution
 
         path = path_of(path)
         if continuum is not None:
-            require_dataset(path)
+            self._physical("save(continuum=...)")
+            require_room(path)
         if self.model is None:
             write_bare(self, path)
         else:
-            write_solution(self, self.model, path, self._beside(continuum))
+            write_solution(self, self.model, path, self._carried(continuum))
         return path
 
     def patches(self) -> pd.DataFrame:
