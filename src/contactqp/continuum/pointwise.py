@@ -92,7 +92,7 @@ def pointwise_bounds(
         fourteen times where corners point inwards.
     """
     if rounds is None:
-        rounds = 6 if problem.cells.convex else 14
+        rounds = 6 if problem.cells.rectangular else 14
     upper, raised = _sharpened(problem, gap, resolve, rounds, upper_from)
     lower, lowered = _sharpened(problem, gap, resolve, rounds, lower_from)
     return PointwiseBounds(lower, upper, (lowered, raised))
@@ -138,11 +138,11 @@ def _held_at_rim(problem: ObstacleProblem, coefficients: Grid, side: int) -> Gri
             break
         moved = np.zeros(coefficients.shape)
         first = 0
-        for (row, column), down, right in zip(problem.cells.rim, (0, 1), (1, 0), strict=True):
-            wanted = np.maximum(missing[first : first + row.size], 0.0)
-            first += row.size
-            np.maximum.at(moved, (row + 1, column + 1), wanted)
-            np.maximum.at(moved, (row + 1 + down, column + 1 + right), wanted)
+        for edges in problem.cells.rim:
+            wanted = np.maximum(missing[first : first + edges.row.size], 0.0)
+            first += edges.row.size
+            for row, column in edges.ends:
+                np.maximum.at(moved, (row + 1, column + 1), wanted)
         coefficients = coefficients + (side * _MOVED) * moved
     return coefficients
 
@@ -156,7 +156,7 @@ def _sharpened(
 ) -> tuple[Barrier, int]:
     """Return the best bound of some rounds, and how many there were."""
     # At a corner that points inwards much is missed at first, so that the best bound long remains that of nothing.
-    patience = 1 if problem.cells.convex else _PATIENCE
+    patience = 1 if problem.cells.rectangular else _PATIENCE
     load = np.array(problem.wanted)
     latest = best = bound_from(problem, gap, load)
     least, before = _distance(best, gap), None

@@ -104,7 +104,7 @@ def cutoff_of(cells: Cells, clear: Mask) -> Grid | None:
     if not touched.any():
         return np.zeros(tuple(np.array(cells.nodes.shape) + 2))
     ones = _blocks(touched)
-    zeros = _blocks(~cells.inside) | ~_blocks(cells.inside)
+    zeros = _blocks(~cells.whole) | ~_blocks(cells.whole)
     zeros[:3], zeros[-3:], zeros[:, :3], zeros[:, -3:] = True, True, True, True
     if (ones & zeros).any():
         return None
@@ -148,7 +148,7 @@ def _loads(problem: ObstacleProblem, mean: Grid, cutoff: Grid) -> tuple[float, f
     """Return bounds of the integral of the load times φ."""
     cells = problem.cells
     inside, area = cells.inside, cells.spacing**2
-    load = np.where(cells.closure, problem.load, 0.0)
+    load = np.where(cells.corners, problem.load, 0.0)
     corners = np.stack([load[:-1, :-1], load[1:, :-1], load[:-1, 1:], load[1:, 1:]])
     below, above = (np.broadcast_to(end, inside.shape) for end in problem.load_range)
     spread = (corners.max(axis=0) - corners.min(axis=0)) + (above - below)
