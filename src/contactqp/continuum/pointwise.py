@@ -51,7 +51,7 @@ _WORTH = 0.9
 _PATIENCE = 9
 """Rounds that are made in any case where corners point inwards."""
 
-_SPENT = 0.03
+_SPENT = 0.25
 """The sharpening ends where the multiple of the parabola makes no more than this part of the distance."""
 
 
