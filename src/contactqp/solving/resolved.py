@@ -16,6 +16,9 @@ from .request import Request
 _TOLERANCE = 1e-5
 """Of the answers, relative to the error scale. What is left of an error is smooth, and stands for little load."""
 
+_CYCLES = 2
+"""More of them change little: what is far from the changed loads hardly moves."""
+
 
 class Resolved:
     """Answers of a lattice's problem under changed loads, each begun from the one before.
@@ -32,12 +35,14 @@ class Resolved:
     def __init__(self, model: LatticeModel, gap: Vector) -> None:
         self._model, self._gap = model, gap
         self._backend, _ = chosen_backend("auto", model.problem, {})
-        self._request = Request.of(_TOLERANCE, max_iter=2)
+        self._request = Request.of(_TOLERANCE, max_iter=_CYCLES)
+        self._gap_scale = model.problem.gap_scale
         self._state: State | None = None
 
     def __call__(self, change: Vector) -> Vector:
         """Return the gap after a change of the load at the nodes (force per area), both of shape (n,)."""
-        problem = with_load_of(self._model, self._model.load + change).problem
+        varied = with_load_of(self._model, self._model.load + change).problem
+        problem = varied.with_forces(varied.q, gap_scale=self._gap_scale)
         with Progress(f"{self._backend.name} · {problem.size} unknowns, loads changed") as progress:
             gap = self._answered(problem, progress)
         if gap is not None and np.isfinite(gap).all():
