@@ -5,6 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from contactqp.mpi.ranks import Ranks
+
 
 class _Party:
     def __init__(self, size):
@@ -12,7 +14,9 @@ class _Party:
 
 
 class Peer:
-    """One of them: what `contactqp.methods.multigrid.strips.Peers` asks for."""
+    """One of them: what `contactqp.methods.multigrid.strips.Peers` asks for, and errors that are those of all."""
+
+    agreed, messages, sent = Ranks.agreed, 0, 0
 
     def __init__(self, party, rank):
         self._party, self.rank, self.size = party, rank, party.size

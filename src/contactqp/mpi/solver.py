@@ -142,19 +142,21 @@ class Solver:
             If it differs in anything else.
         """
         started = time.perf_counter()
-        start: Start | None = None
-        if isinstance(warm_start, (bool, np.bool_)):
-            otherwise = "the session's last answers" if warm_start else "no warm start"
-            start_of(None, self.membrane, self.ranks, otherwise)
-        else:
-            start = start_of(warm_start, self.membrane, self.ranks)
+        own = isinstance(warm_start, (bool, np.bool_))
+        resumes = own and bool(warm_start)
+        told = "the session's last answers" if resumes else "no warm start"
+        start = start_of(None if own else warm_start, self.membrane, self.ranks, told)
         posed = self.posed(membrane, start)
-        if start is not None:
-            return self.answered(posed, started, start.gap)
-        if not isinstance(warm_start, (bool, np.bool_)) or not warm_start:
-            return self.answered(posed, started)
-        gap, predicted = self._trail.predicted(posed.problem) or (self._last, False)
-        return self.answered(posed, started, gap, predicted=predicted, resumes=True)
+        gap, predicted = None if start is None else start.gap, False
+        if resumes:
+            gap, predicted = self._trail.predicted(posed.problem) or (self._last, False)
+        answer = self.answered(posed, started, gap, predicted=predicted, resumes=resumes)
+        self._last = answer.measures.gap if np.isfinite(answer.gap_bound) else None
+        if self._last is None:
+            self._trail.clear()
+        else:
+            self._trail.add(posed.problem, self._last)
+        return answer
 
     def posed(self, membrane: MembraneByRows, start: Start | None = None) -> PosedByRows:
         """Return the problem of a membrane that differs in its load alone; what it is to start from is read, too."""
@@ -185,13 +187,7 @@ class Solver:
     ) -> AnswerByRows:
         """Return the answer to what `posed` has returned, from a gap to start from; see `solve_posed`."""
         how = {"predicted": predicted, "resumes": resumes}
-        answer = solve_posed(posed, self._request, self._threads, started, self._problems, start, **how)
-        self._last = answer.measures.gap if np.isfinite(answer.gap_bound) else None
-        if self._last is None:
-            self._trail.clear()
-        else:
-            self._trail.add(posed.problem, self._last)
-        return answer
+        return solve_posed(posed, self._request, self._threads, started, self._problems, start, **how)
 
     def __repr__(self) -> str:
         return f"Solver({self.membrane!r}, tol {self._request.tolerance})"

@@ -152,6 +152,19 @@ def start_of(
     return start
 
 
+def gap_of_store(path: Path, posed: PosedByRows) -> Vector:
+    """Return the gap (length) that a store has at the nodes that the process holds; all must call it.
+
+    Raises
+    ------
+    ImportError, OSError, TypeError, ValueError
+        See `Start.read`; or if there is no store.
+    """
+    start = posed.ranks.agreed(lambda: _FromStore(path))
+    start.read(posed)
+    return start.gap
+
+
 def _checked(value: WarmStart, membrane: MembraneByRows) -> Start | None:
     if value is None:
         return None
