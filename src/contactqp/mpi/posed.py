@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from ..algebra.stencil import Stencil
 from ..algebra.stiffness import LatticeStiffness
 from ..foundation.checks import Mask, Vector
 from ..foundation.threads import Team
@@ -28,28 +27,12 @@ from .barriers import BarrierOfRows, PartOfBarrier, PartOfParabola, found_barrie
 from .measures import MeasuresByRows
 from .membrane import MembraneByRows
 from .ranks import Ranks
+from .stencils import PartOfStencil
 
 if TYPE_CHECKING:
     from .starts import Start
 
 MeasuresOfRows: TypeAlias = LatticeMeasures | MeasuresByRows
-
-
-class _PartOfStencil(Stencil):
-    """A stencil that is part of a larger one.
-
-    Attributes
-    ----------
-    largest_of_all : float or None
-        The largest diagonal entry of all processes' nodes, once it is known.
-    """
-
-    largest_of_all: float | None = None
-
-    @property
-    def largest_diagonal(self) -> float:
-        """See `Stencil`: that of all processes' nodes."""
-        return super().largest_diagonal if self.largest_of_all is None else self.largest_of_all
 
 
 @dataclass
@@ -291,10 +274,10 @@ class PosedByRows:
         load = self.membrane.rows_of("load", *self.rows_of_nodes, nodes)
         return self.membrane.node_area * self.numbering.to_vector(load[:, self.columns])
 
-    def _stencil(self, numbering: Numbering, read: _Read) -> Stencil:
+    def _stencil(self, numbering: Numbering, read: _Read) -> PartOfStencil:
         """Return the stiffness of the process's nodes."""
         across, along = (self._one_if_equal(arms) for arms in (read.across, read.along))
-        stencil = _PartOfStencil.on(numbering, across, along, read.ground)
+        stencil = PartOfStencil.on(numbering, across, along, read.ground)
         stencil.grounded = self.membrane.has("foundation")  # though no arm may end on the ground in these rows
         own = float(stencil.diagonal()[self.own].max())
         stencil.largest_of_all = max(self.part.everyones([own]))
@@ -434,8 +417,7 @@ class PosedByRows:
     def measures(self, gap: Vector, threads: int) -> MeasuresOfRows:
         """Return what all processes together measure of a gap (length), of which each holds its rows."""
         if isinstance(self.barrier, PartOfBarrier):
-            places = [self.nodes_of(*block) for block in self.part.blocks]
-            return MeasuresByRows(self.problem, self.barrier, gap, self.part, places)
+            return MeasuresByRows(self.problem, self.stencil, self.barrier, gap, self.part, self._rows_of_nodes)
         return LatticeMeasures(self.problem, self.barrier, gap, self.part, threads=threads)
 
     def heights(self, below: Vector) -> Grid:

@@ -141,9 +141,7 @@ def solve_posed(
         unit = float(np.max(posed.units.length))
         if useful is None:
             predicted = resumes = False
-        solver = problems.begun(
-            posed.scaled(), team, useful, unit=unit, predicted=predicted, resumes=resumes
-        )
+        solver = problems.begun(posed.scaled(), team, useful, unit=unit, predicted=predicted, resumes=resumes)
         del start, useful  # of which the iteration keeps what it needs
         before, began = (ranks.messages, ranks.sent), time.perf_counter()
         while outcome is None:

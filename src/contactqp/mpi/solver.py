@@ -142,10 +142,14 @@ class Solver:
             If it differs in anything else.
         """
         started = time.perf_counter()
-        own = isinstance(warm_start, (bool, np.bool_))
-        resumes = own and bool(warm_start)
+        given: WarmStart = None
+        resumes = False
+        if isinstance(warm_start, (bool, np.bool_)):
+            resumes = bool(warm_start)
+        else:
+            given = warm_start
         told = "the session's last answers" if resumes else "no warm start"
-        start = start_of(None if own else warm_start, self.membrane, self.ranks, told)
+        start = start_of(given, self.membrane, self.ranks, told)
         posed = self.posed(membrane, start)
         gap, predicted = None if start is None else start.gap, False
         if resumes:

@@ -127,9 +127,7 @@ class Trail:
             return step if nodes.largest(elsewhere) <= _ALIKE * largest else None
 
 
-def extrapolated(
-    answers: Sequence[Known], step: float, nodes: Everywhere = _EVERYWHERE
-) -> tuple[Vector, bool] | None:
+def extrapolated(answers: Sequence[Known], step: float, nodes: Everywhere = _EVERYWHERE) -> tuple[Vector, bool] | None:
     """Return an admissible gap (length) that extrapolates answers, and whether contact should stay or grow.
 
     None where the step is too long for that.
