@@ -197,7 +197,7 @@ def test_a_session_is_of_one_membrane(tmp_path):
     with pytest.raises(ValueError, match="must differ in its load alone"):
         session.solve_varied(flat(load=2.0))
     with pytest.raises(TypeError, match=r"Solver.solve has no argument 'loads'"):
-        session.solve(**{"loads": 1.0})
+        session.solve(loads=1.0)  # type: ignore[call-arg]
     with pytest.raises(ValueError, match="load must be a number"):
         session.solve(load=np.ones((3, 4)))
     with pytest.raises(ValueError, match="load must be finite"):
