@@ -739,8 +739,9 @@ class Solution:
         TypeError
             If it is not a model whose membrane can be enclosed.
         ValueError
-            If ``effort`` is unknown, the answer is not finite, the lattice's frame does not run along its lines, or
-            support and ceiling leave no room for the frame.
+            If ``effort`` is unknown, the answer is not finite, the lattice's frame does not run along its lines,
+            support and ceiling leave no room for the frame, or are not known to, between points of the lattice, a
+            foundation is negative there, or the units are such that energies are no doubles.
 
         Examples
         --------
@@ -764,7 +765,7 @@ class Solution:
     def _pointwise_bounds(self) -> Continuum:
         model = self._physical("continuum")
         self._require_finite()
-        resolve = Resolved(model, self.gap, Solution.by) if isinstance(model, Membrane) else None
+        resolve = Resolved(model, self.gap) if isinstance(model, Membrane) else None
         return continuum_of(model, self.gap, "pointwise", resolve)
 
     @overload
