@@ -60,7 +60,7 @@ def test_a_spline_less_a_bilinear_field_keeps_to_its_range(seed):
     cells = some_cells(rng)
     shape = np.array(cells.nodes.shape)
     c, f = some_numbers(rng, shape + 2), some_numbers(rng, shape)
-    least, most = excess_on_cells(cells, c, np.where(cells.closure, f, np.inf))
+    least, most = excess_on_cells(cells, c, np.where(cells.corners, f, np.inf))
     exact, exact_f = fractions(c), fractions(f)
     for i, j in rng.permutation(np.argwhere(cells.inside))[:3]:
         for row, column in places_in(rng, i, j, 2):

@@ -23,8 +23,9 @@ class ObstacleProblem:
     known between lattice points, too, as a field that is bilinear on each cell, give or take a range; γ likewise on
     each edge of the rim.
 
-    Where the Laplacian of a support is not known, F is a spline that is near to it, its *floor*: then the bilinear
-    field is p alone, and splines are compared with it by their differences, see `ranges`.
+    Where the Laplacian of a support f is not known, F is a spline that is near to it, its *floor*: then the bilinear
+    field is p alone, and splines are compared with it by their differences, see `ranges`. u = F - w is then bounded
+    from below not by zero but by F - f, which each cell knows a range of.
 
     Parameters
     ----------
@@ -41,6 +42,8 @@ class ObstacleProblem:
         Least and largest of γ less its linear interpolant on each edge of the rim (length).
     floor : array, shape (rows + 4, columns + 4), optional
         Coefficients of F (length).
+    rest : pair of arrays, shape (rows + 1, columns + 1), or of numbers
+        Least and largest of f - F in each cell (length); zero without a floor.
     drive : array, shape (rows + 2, columns + 2), optional
         About q at the points, if that is not ``load``; nothing that is proven depends on it.
     """
@@ -52,6 +55,7 @@ class ObstacleProblem:
     load_range: tuple[Grid | float, Grid | float] = (0.0, 0.0)
     height_range: tuple[float, float] = (0.0, 0.0)
     floor: Grid | None = None
+    rest: tuple[Grid | float, Grid | float] = (0.0, 0.0)
     drive: Grid | None = None
     continuation: Continuation = field(init=False)
 

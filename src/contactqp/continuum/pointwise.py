@@ -183,7 +183,7 @@ def _to_be_paid(barrier: Barrier) -> Grid:
     if barrier.side > 0:
         return barrier.defects
     near = min(barrier.shift, _NEAR * barrier.problem.largest_bend)
-    return np.where(barrier.ranges.most > near, barrier.defects, 0.0)
+    return np.where(barrier.ranges.most + barrier.problem.rest[1] > near, barrier.defects, 0.0)
 
 
 def _over(barrier: Barrier, missed: Grid, before: Grid | None) -> Grid | float:

@@ -15,7 +15,7 @@ Splines*, 1978, ch. X): ∫B_i B_j = h B⁷(i - j), ∫B_i B_j'' is its second d
 \|∫(q - q̄)φ\| is at most h² times the range of q, half that of φ; q̄ is the mean of q, which lies between the mean of its
 values at the corners and what it may differ from its bilinear interpolant by.
 
-Over a spline F in the place of the support, u is F - w, and q is p + TΔF: ∫ρ = ∫pφ + T∫wΔφ, where w is bounded as well.
+Over a spline F in the place of the support, u is F - w, and q is p + TΔF: ∫ρ = ∫pφ + T∫wΔφ, where L ≤ F - w ≤ U.
 """
 
 from __future__ import annotations
@@ -43,9 +43,7 @@ _ERROR = gamma(64)
 """Relative to the sum of moduli: each number is formed by fewer roundings than half of these."""
 
 
-def reaction_bracket(
-    problem: ObstacleProblem, bounds: PointwiseBounds, clear: Mask, moves: tuple[float, float]
-) -> Bracket:
+def reaction_bracket(problem: ObstacleProblem, bounds: PointwiseBounds, clear: Mask) -> Bracket:
     """Return a bracket of the force that the support bears; infinite where the frame is not certainly clear.
 
     Parameters
@@ -54,8 +52,6 @@ def reaction_bracket(
     bounds : PointwiseBounds
     clear : array of bool, shape (rows + 1, columns + 1)
         Cells that are certainly clear.
-    moves : (float, float)
-        What is added to a lower and to an upper bound of the deflection over the problem's support, see `Posed`.
     """
     cells = problem.cells
     cutoff = cutoff_of(cells, clear)
@@ -86,7 +82,7 @@ def reaction_bracket(
     slip = problem.slip(upper.coefficients) + problem.slip(lower.coefficients)
     slip += 4 * _ERROR * float(np.abs(upper.coefficients).max() + np.abs(lower.coefficients).max())
     lifts = (upper.multiple + lower.multiple) * problem.largest_height + upper.shift + lower.shift
-    apart = between + lifts + slip + (moves[1] - moves[0])
+    apart = between + lifts + slip
     off += tension * area * float((steep * apart)[inside].sum()) / 2.0 * (1 + _ERROR)
     low, high = _loads(problem, mean, cutoff)
     least, most = low - work + pushed - off, high - work + pushed + off
