@@ -62,8 +62,7 @@ def test_slanted_and_straight_sides_with_an_inward_corner_between():
     cells = laid([(0, 0), (4, 0), (4, 4), (3, 4), (2, 3), (1, 4), (0, 4)])
     assert cells.shares.sum() == 15.0
     assert not cells.convex
-    row, column = cells.inward_corners
-    assert row.size == 1
+    assert cells.inward_corners[0].size == 1
     assert [edges.row.size for edges in cells.rim] == [4 + 2, 8, 1, 1]
 
 

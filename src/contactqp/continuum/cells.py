@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,12 @@ class Edges(NamedTuple):
     row: NDArray[np.intp]
     column: NDArray[np.intp]
     step: tuple[int, int]
+
+    @classmethod
+    def where(cls, begins: Mask, step: tuple[int, int]) -> Edges:
+        """Return the edges that begin at some points."""
+        row, column = np.nonzero(begins)
+        return cls(row, column, step)
 
     @property
     def ends(self) -> tuple[Places, Places]:
@@ -138,7 +144,7 @@ class Cells:
         open_ends = ~self.nodes  # two that bound a halved cell's half have its node at an end
         level_rim = (level[0] ^ level[1]) & open_ends[:, :-1] & open_ends[:, 1:]
         upright_rim = (upright[0] ^ upright[1]) & open_ends[:-1] & open_ends[1:]
-        return Edges(*np.nonzero(level_rim), (0, 1)), Edges(*np.nonzero(upright_rim), (1, 0)), *self.slanted
+        return Edges.where(level_rim, (0, 1)), Edges.where(upright_rim, (1, 0)), *self.slanted
 
     @cached_property
     def slanted(self) -> tuple[Edges, Edges]:
@@ -146,7 +152,7 @@ class Cells:
         nodes = self.nodes
         rising = self.cut & (nodes[:-1, 1:] | nodes[1:, :-1])
         rows, columns = np.nonzero(self.cut & ~rising)
-        return Edges(*np.nonzero(rising), (1, 1)), Edges(rows, columns + 1, (1, -1))
+        return Edges.where(rising, (1, 1)), Edges(rows, columns + 1, (1, -1))
 
     @cached_property
     def _angle(self) -> NDArray[np.int64]:
@@ -211,7 +217,7 @@ def largest_at_corners(cells: Grid) -> Grid:
     return np.maximum(rows[:, :-1], rows[:, 1:])
 
 
-def extreme_at_corners(points: Grid, extreme: np.ufunc) -> Grid:
+def extreme_at_corners(points: Any, extreme: np.ufunc) -> Any:
     """Return the extreme over the four corners of each cell."""
     rows = extreme(points[:-1], points[1:])
     return np.asarray(extreme(rows[:, :-1], rows[:, 1:]))

@@ -110,7 +110,7 @@ def _in_contact(cells: Cells, tension: float, upper: Grid, load: Grid) -> Mask:
         radius = rings * cells.spacing
         enough = np.maximum(least_load, 0.0) * (radius**2 / (4.0 * tension)) * (1 - _SLACK)
         new = (least_load > 0.0) & (highest <= enough) & ~found
-        if rings > 3 and not new.any():
+        if rings > 3 and found.any() and not new.any():
             break
         found |= new
     return found

@@ -133,7 +133,7 @@ class _Stage:
 
     @classmethod
     def of(cls, known: Mask, rims: tuple[Mask, Mask], reached: Mask) -> _Stage:
-        """Return the ghosts next to the points of rims along rows and along columns that are reached, from what is known."""
+        """Return the ghosts next to rims along rows and along columns that are reached, from what is known."""
         # With a margin, no step leads from one row to another.
         known, reached, *rim = (np.pad(points, _MARGIN) for points in (known, reached, *rims))
         strides = known.shape[1], 1
@@ -234,7 +234,8 @@ class _Mirrored:
                 rows.append(_across(edges, level, along, nodes, rim, known, reached))
         table = np.concatenate(rows, axis=1)
         ghost, mirror, start, end, before, middle, after, choice = (
-            np.where(row < 0, -1, row * width + column) for row, column in zip(table[0:16:2], table[1:16:2], strict=True)
+            np.where(row < 0, -1, row * width + column)
+            for row, column in zip(table[0:16:2], table[1:16:2], strict=True)
         )
         ghosts, number = np.unique(ghost, return_inverse=True)
         levels, along, down, right = table[16:]
@@ -307,18 +308,17 @@ def _across(
     step = np.array([[down], [right]])
     end = start + step
     # Of the two corners of the cell beside the edge one is a node.
-    out = np.array([[down], [-right]]) if right > 0 else np.array([[down], [-right]])
     corner = start + np.array([[0], [right]])
-    out = np.where(nodes[tuple(corner)], 1, -1) * out
+    out = np.where(nodes[tuple(corner)], 1, -1) * np.array([[down], [-right]])
     twice = start + end + along * step
     ghost, mirror = (twice + side * level * out for side in (1, -1))
     ghost, mirror = ghost // 2, mirror // 2
     rows, columns = known.shape
 
     def among(points: Mask, place: NDArray[np.int64]) -> Mask:
-        inside = ((place >= 0) & (place < np.array([[rows], [columns]]))).all(axis=0)
+        inside: Mask = np.asarray(((place >= 0) & (place < np.array([[rows], [columns]]))).all(axis=0))
         inside[inside] = points[tuple(place[:, inside])]
-        return np.asarray(inside)
+        return inside
 
     usable = among(reached & ~known, ghost) & among(known, mirror)
     before, after = among(rim, start - step), among(rim, end + step)

@@ -12,13 +12,15 @@ On the diagonal, at the part t of the way, the bilinear interpolant is the chord
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..geometry.numbering import Grid
+from ..plotting.of_squares import Halves
 from .cell_fields import CellField
-from .cells import Cells
+from .cells import Cells, Places
 
 _ROUNDING = 16 * UNIT_ROUNDOFF
 
@@ -43,8 +45,13 @@ def linear_on_halves(field: CellField, cells: Cells) -> CellField:
     values = np.where((count > 0) & ~cells.closure, total / np.maximum(count, 1), field.values)
     three = np.stack([field.values[place] for place in (own, first, last)])
     off = np.abs(values[beyond] - wanted) / 4.0 + _ROUNDING * np.abs(three).sum(axis=0)
-    changed = {}
-    for name, on_half in (("below", off), ("above", off), ("range_lower", three.min(axis=0)), ("range_upper", three.max(axis=0))):
+    changed: dict[str, Any] = {}
+    for name, on_half in (
+        ("below", off),
+        ("above", off),
+        ("range_lower", three.min(axis=0)),
+        ("range_upper", three.max(axis=0)),
+    ):
         kept = np.array(np.broadcast_to(getattr(field, name), cells.inside.shape))
         kept[row, column] = on_half
         changed[name] = kept
@@ -74,7 +81,22 @@ def away_from_chords(field: CellField, cells: Cells, linear: bool) -> tuple[Grid
     return below, above
 
 
-def _corners(cells: Cells) -> tuple[tuple[tuple[Grid, Grid], ...], tuple[Grid, Grid]]:
+def halves_of(cells: Cells, places: tuple[Grid, Grid]) -> Halves:
+    """Return the halves that belong to the region, each from its node on.
+
+    Parameters
+    ----------
+    cells : Cells
+    places : pair of arrays
+        x and y of all points, shapes (1, columns + 2) and (rows + 2, 1), length.
+    """
+    x, y = places
+    three, _ = _corners(cells)
+    corners = [np.column_stack([x[0, column], y[row, 0]]) for row, column in three]
+    return Halves(cells.cut, np.stack(corners, axis=1))
+
+
+def _corners(cells: Cells) -> tuple[tuple[Places, Places, Places], Places]:
     """Return the points of the halved cells: node and both ends of the diagonal, and the one beyond."""
     row, column = np.nonzero(cells.cut)
     nodes = cells.nodes

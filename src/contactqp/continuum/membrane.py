@@ -12,9 +12,11 @@ from ..foundation.checks import Vector
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
+from ..plotting.of_squares import Halves
 from .barriers import Barrier
 from .contact import ContactBounds, contact_bounds
 from .data import Data
+from .halves import halves_of
 from .pointwise import pointwise_bounds
 from .posed import Posed, posed_of
 from .reaction import reaction_bracket
@@ -39,6 +41,8 @@ class MembraneBounds:
         that do not belong to it.
     edges : pair of arrays, shapes (columns + 2,) and (rows + 2,)
         x and y of the lines between these squares (length).
+    halves : Halves
+        Those of the squares that slanted sides halve.
     error_bound : float
         Bound of the distance of the answer from the membrane at the nodes (length).
     largest_depth : Bracket
@@ -62,6 +66,7 @@ class MembraneBounds:
     gap_lower_in_cells: Grid
     gap_upper_in_cells: Grid
     edges: tuple[Vector, Vector]
+    halves: Halves
     error_bound: float
     largest_depth: Bracket
     contact: ContactBounds
@@ -127,6 +132,7 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
         gap_lower_in_cells=in_cells[0],
         gap_upper_in_cells=in_cells[1],
         edges=(data.plan.places[0].ravel(), data.plan.places[1].ravel()),
+        halves=halves_of(problem.cells, data.plan.places),
         error_bound=float(error.max(where=nodes, initial=0.0)) * (1 + 1e-15),
         largest_depth=Bracket(float(low_depth.max()), _deepest(data, posed, bounds.lower)),
         contact=contact,

@@ -23,10 +23,11 @@ from ..foundation.surfaces import Ranged
 from ..geometry.numbering import Grid
 from ..profiles.analytic import Profile
 from .cell_fields import CellField
-from .cells import Cells, extreme_at_corners
+from .cells import Cells, at_corners, extreme_at_corners
 from .data import Data
 from .ghosts import Continuation
 from .halves import away_from_chords, linear_on_halves
+from .kinks import cells_with_kinks, told_by_parts
 from .obstacle import ObstacleProblem
 from .pointwise import PointwiseBounds
 from .splines import at_points, excess_along_rim, excess_on_cells
@@ -88,8 +89,8 @@ def posed_of(data: Data) -> Posed:
     cells = Cells(data.model.lattice.mask, data.model.lattice.spacing, data.model.lattice.halved)
     if cells.cut.any() and not cells.convex:
         raise ValueError(
-            f"{data.model!r}: of frames with sides along diagonals effort='pointwise' encloses convex ones, and this has "
-            "corners that point inwards, or several parts"
+            f"{data.model!r}: of frames with sides along diagonals effort='pointwise' encloses convex ones, and this "
+            "has corners that point inwards, or several parts"
         )
     tension = float(data.model.tension)
     laplacian = _laplacian(data)
@@ -168,6 +169,10 @@ def _over_support(data: Data, cells: Cells, tension: float, laplacian: Interval)
 def _over_spline(data: Data, cells: Cells, tension: float, laplacian: Interval | None) -> Posed:
     """Return the problem over a spline through the support."""
     load, support = _known(data, cells, "load"), _known(data, cells, "support")
+    given = data.model.given.get("support")
+    if isinstance(given, Ranged) and support.exact:
+        turned = data.model.upwards and not isinstance(given, Profile)
+        support = told_by_parts(data.plan, support, given, -1.0 if turned else 1.0)
     corners = cells.corners
     values = np.where(corners, support.values, 0.0)
     floor = _spline_through(cells, values)
@@ -197,9 +202,16 @@ def _over_spline(data: Data, cells: Cells, tension: float, laplacian: Interval |
         floor,
         rest,
         drive,
+        _kinks(data, cells, support, floor, values),
     )
     bounds = _load_bounds(load, cells, tension, laplacian, 0.0)
     return Posed(problem, on_floor, error + _off_at_points(support, cells), bounds)
+
+
+def _kinks(data: Data, cells: Cells, support: CellField, floor: Grid, values: Grid) -> Grid | None:
+    """Return the floor's coefficients less the support's values at points of cells with kinks, zero elsewhere."""
+    where = at_corners(cells_with_kinks(data.plan, support)) & cells.nodes
+    return np.where(where, floor[1:-1, 1:-1] - values, 0.0) if where.any() else None
 
 
 def _known(data: Data, cells: Cells, name: str) -> CellField:
@@ -219,11 +231,13 @@ def _off_at_points(support: CellField, cells: Cells) -> float:
 
 
 def _beside_chords(data: Data, cells: Cells, name: str) -> tuple[Grid, Grid]:
-    """Return how far support or frame lie below and above chords of the rim in each cell at most, zero where is none."""
+    """Return how far support or frame lie below and above chords of the rim in each cell, zero where is none."""
     field = data.support if name == "support" else data.frame
     edges = (data.plan.frame_edges > 0) & cells.whole
     beside = away_from_chords(field, cells, _linear(data, name, field))
-    below, above = (np.where(edges, side, found) for side, found in zip((field.below, field.above), beside, strict=True))
+    below, above = (
+        np.where(edges, side, found) for side, found in zip((field.below, field.above), beside, strict=True)
+    )
     return below, above
 
 
@@ -287,6 +301,6 @@ def _require_room(data: Data, cells: Cells, heights: Grid, room: float) -> None:
         away = below[edges.row, edges.column - (edges.step[1] < 0)]
         if (np.minimum(start, end) - away < -room).any():
             raise ValueError(
-                f"{data.model!r}: the support is not known to leave room for the frame along its slanted sides, between "
-                "points of the lattice: take a finer lattice, or move them apart"
+                f"{data.model!r}: the support is not known to leave room for the frame along its slanted sides, "
+                "between points of the lattice: take a finer lattice, or move them apart"
             )

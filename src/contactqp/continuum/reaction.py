@@ -148,7 +148,7 @@ def _loads(problem: ObstacleProblem, mean: Grid, cutoff: Grid) -> tuple[float, f
     inside, area = cells.inside, cells.spacing**2
     load = np.where(cells.corners, problem.load, 0.0)
     corners = np.stack([load[:-1, :-1], load[1:, :-1], load[:-1, 1:], load[1:, 1:]])
-    below, above = (np.broadcast_to(end, inside.shape) for end in problem.load_range)
+    below, above = (np.where(inside, end, 0.0) for end in problem.load_range)
     spread = (corners.max(axis=0) - corners.min(axis=0)) + (above - below)
     # φ lies between the least and the largest of 16 coefficients.
     rows, columns = inside.shape

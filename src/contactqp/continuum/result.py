@@ -154,13 +154,13 @@ class Continuum:
         states = contact.clear, contact.undecided, contact.contact
         share = found.part_undecided
         own = f"the membrane itself: all is decided but for {at_most(100 * share)} % of the area"
-        return map_of_squares(found.edges, states, Wanted(ax, None, title, units), own)
+        return map_of_squares(found.edges, states, found.halves, Wanted(ax, None, title, units), own)
 
     @property
     def strip(self) -> Strip:
         """The squares that hold the membrane's free boundary, for maps; needs effort="pointwise"."""
         found = self._at_points("strip")
-        return Strip(found.edges, found.contact.undecided)
+        return Strip(found.edges, found.contact.undecided, found.halves)
 
     def to_dataset(self) -> xr.Dataset:
         """Return the bounds as an xarray.Dataset, with units and meaning of every variable.
@@ -281,7 +281,9 @@ class Continuum:
 
     def __repr__(self) -> str:
         known = np.isfinite(self.energy_error) or self.pointwise is None
-        error = f"energy_error <= {at_most(self.energy_error)}" if known else f"error_bound <= {at_most(self.error_bound)}"
+        error = (
+            f"energy_error <= {at_most(self.energy_error)}" if known else f"error_bound <= {at_most(self.error_bound)}"
+        )
         return f"Continuum({self.effort!r}, {self.data}, {error})"
 
 

@@ -128,9 +128,7 @@ def excess_along_rim(cells: Cells, coefficients: Grid, heights: Grid) -> tuple[V
         start, end = (heights[place] for place in edges.ends)
         values, largest = (_along_diagonals if all(edges.step) else _along_lines)(edges, coefficients)
         degree = len(values) - 1
-        bernstein = [
-            value - ((degree - part) * start + part * end) / degree for part, value in enumerate(values)
-        ]
+        bernstein = [value - ((degree - part) * start + part * end) / degree for part, value in enumerate(values)]
         size = np.maximum.reduce([np.abs(start), np.abs(end), largest])
         error = 2.0 * _ERROR * size + UNDERFLOW
         found.append((np.minimum.reduce(bernstein) - error, np.maximum.reduce(bernstein) + error))
@@ -160,8 +158,8 @@ def _along_diagonals(edges: Edges, coefficients: Grid) -> tuple[list[Vector], Ve
     """
     back = edges.step[1] < 0
     column = edges.column - back
-    block = [[coefficients[edges.row + k, column + l] for l in range(4)] for k in range(4)]
-    rows = [[_bernstein([block[k][l] for k in range(4)], part) for l in range(4)] for part in range(4)]
+    block = [[coefficients[edges.row + i, column + j] for j in range(4)] for i in range(4)]
+    rows = [[_bernstein([block[i][j] for i in range(4)], part) for j in range(4)] for part in range(4)]
     net = [[_bernstein(row, part) / 36.0 for part in range(4)] for row in rows]
     if back:
         net = [row[::-1] for row in net]
