@@ -196,3 +196,16 @@ def test_what_is_not_covered_is_refused_in_words(make, words):
 def test_energies_of_slanted_frames_are_refused_in_words():
     with pytest.raises(ValueError, match="energies are bounded only of a frame that runs along lines of the lattice"):
         cq.solve(membrane(HEXAGON, 4.0)).continuum()
+
+
+def test_files_keep_which_squares_are_halved(tmp_path):
+    solution = cq.solve(membrane(PENTAGON, 8.0), tol=1e-9)
+    solution.save(tmp_path / "pentagon.nc")
+    again = cq.load_solution(tmp_path / "pentagon.nc")
+    np.testing.assert_array_equal(again.model.lattice.halved, solution.model.lattice.halved)
+    np.testing.assert_array_equal(again.continuum("pointwise").lower, solution.continuum("pointwise").lower)
+
+
+def test_finer_models_of_slanted_frames_are_refused():
+    with pytest.raises(ValueError, match="errors are estimated only of a frame that runs along lines"):
+        cq.solve(membrane(HEXAGON, 8.0)).discretisation_estimate("pointwise")
