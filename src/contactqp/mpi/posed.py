@@ -6,7 +6,7 @@ from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -28,9 +28,6 @@ from .measures import MeasuresByRows
 from .membrane import MembraneByRows
 from .ranks import Ranks
 from .stencils import PartOfStencil
-
-if TYPE_CHECKING:
-    from .starts import Start
 
 MeasuresOfRows: TypeAlias = LatticeMeasures | MeasuresByRows
 
@@ -61,6 +58,12 @@ class _Read:
     along: float | Grid
     ground: float | Grid
     frame: float | Grid
+
+
+class ReadByRows(Protocol):
+    """What is read as soon as it is known which rows a process holds, see `contactqp.mpi.starts.Start`."""
+
+    def read(self, posed: PosedByRows) -> None: ...  # noqa: D102
 
 
 class ScaledByRows:
@@ -114,7 +117,7 @@ class PosedByRows:
         See `contactqp.methods.multigrid.strips.LEAST_ROWS`.
     threads : int
         Threads of each process.
-    start : Start, optional
+    start : ReadByRows, optional
         What is to be started from: it is read as soon as the rows are known, before what takes long.
 
     Attributes
@@ -152,7 +155,7 @@ class PosedByRows:
         ranks: Ranks,
         least: int = LEAST_ROWS,
         threads: int = 1,
-        start: Start | None = None,
+        start: ReadByRows | None = None,
     ) -> None:
         self.membrane, self.ranks, self._threads = membrane, ranks, threads
         self.top, self.left, shape = self._box()
