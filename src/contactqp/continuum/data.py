@@ -18,6 +18,7 @@ from ..models.on_lattice import LatticeModel
 from ..profiles.analytic import Profile
 from .cell_fields import CellField, array_field, continued, function_field, number_field
 from .plan import CORNERS, Plan
+from .stiff_signs import require_not_negative
 
 Surfaces: TypeAlias = list[tuple[CellField, float]]
 """Fields that depths, multiplied by a sign, must not exceed."""
@@ -118,10 +119,18 @@ class Data:
 
     @cached_property
     def foundation(self) -> CellField | None:
-        """Stiffness k of the foundation (force per area and length); None without one."""
-        stiffness = self.model.foundation
-        if stiffness is None or not (stiffness.any() or isinstance(self.model.given["foundation"], Ranged)):
+        """Stiffness k of the foundation (force per area and length); None without one.
+
+        Raises
+        ------
+        ValueError
+            If it is a function that is negative between the points.
+        """
+        stiffness, given = self.model.foundation, self.model.given.get("foundation")
+        if stiffness is None or not (stiffness.any() or isinstance(given, Ranged)):
             return None
+        if isinstance(given, Ranged):
+            require_not_negative(given, self.plan.around_squares, self.plan.squares)
         return self._field("foundation", stiffness)
 
     @cached_property

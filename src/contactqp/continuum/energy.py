@@ -102,7 +102,7 @@ from ..geometry.numbering import Grid
 from .cell_fields import CellField
 from .data import Data, Surfaces, kept_at
 from .plan import CORNERS, Plan
-from .rounded import FEW, GROW, LESS_THAN_PI, or_infinite, rounded_up
+from .rounded import FEW, GROW, LESS_THAN_PI, finite_or_nan, or_infinite, rounded_up
 
 _TWELFTH_ROOT = 0.28867513459481292
 """No less than the square root of a twelfth."""
@@ -157,11 +157,11 @@ def energy_bounds(data: Data, depths: Grid) -> EnergyBounds:
         flux = _flux(data, own, admissible, data.surfaces)
         rim = _norm_of_rim(data)
         misfit = rounded_up(_misfit(data, admissible, flux) + rim)
-        gap = max(0.0, rounded_up(misfit**2 / 2 + flux.cost))
-        norm = rounded_up(flux.slack + math.sqrt(rounded_up(flux.slack**2 + 2 * gap)))
+        gap = max(0.0, rounded_up(misfit * misfit / 2 + flux.cost))
+        norm = rounded_up(flux.slack + math.sqrt(rounded_up(flux.slack * flux.slack + 2 * gap)))
         energy = _energy(data, admissible, stretch, rim)
         lower = sum_below([energy.lower, -gap, -rounded_up(flux.slack * norm)])
-        contact = rounded_up(gap + flux.slack**2 / 2)
+        contact = rounded_up(gap + flux.slack * flux.slack / 2)
         error, known = norm, stretch.norm
         if admissible is not own:
             known = _stretch(data, own).norm
@@ -266,14 +266,14 @@ def _energy(data: Data, points: Grid, stretch: _Stretch, rim: float) -> Bracket:
     square = plan.spacing**2
     work, most = square / 36 * work, square / 36 * most
     error = stretch.error + FEW * most + square * apart * _mass(plan, np.abs(points)) * GROW
-    known = (stretch.stored - work)[plan.squares]
+    known = finite_or_nan(stretch.stored - work)[plan.squares]
     error = error[plan.squares] + FEW * np.abs(known) + UNDERFLOW
     extra = 0.0
     if rim:
         bend, edges = data.bend_of_frame, plan.frame_edges
         touched = np.where(plan.squares, (_corner_most(plan, size) + load.apart) * bend * edges, 0.0)
         beside = math.sqrt(2 * _sum_above((stretch.stored + stretch.error)[edges > 0]))
-        extra = rounded_up(rim * beside) + rounded_up(rim**2 / 2) + _sum_above(plan.spacing**4 / 24 * touched)
+        extra = rounded_up(rim * beside) + rounded_up(rim * rim / 2) + _sum_above(plan.spacing**4 / 24 * touched)
         if foundation is not None:
             extra += (
                 _sum_above(np.where(plan.squares, _most_of_foundation(data) * (edges * bend) ** 2, 0.0)) * square**3
@@ -473,7 +473,7 @@ def _at_frame(
             else:
                 at_x[place], at_y[place] = sign * first, sign * last
             parts = abs(behind) + abs(ahead) + abs(first) + abs(last) + float(size[chain.row, chain.column]) * half
-            loose += (FEW * parts) ** 2 / (2 * half)
+            loose += (FEW * parts) * (FEW * parts) / (2 * half)
     return rounded_up(loose)
 
 
@@ -546,10 +546,10 @@ def curved_bound(data: Data, own: Grid, rim: float) -> float:
     if len(swell) > 1 and any((one.apart > other.room).any() for one, other in (swell, swell[::-1])):
         return math.inf
     flux = _flux(data, own, trial, reliefs)
-    misfit, bump = rounded_up(_misfit(data, trial, flux) + rim), rounded_up(math.sqrt(bumps))
-    total = rounded_up(misfit**2 + bump**2 + 2 * max(0.0, flux.cost) + 2 * flux.slack * bump + flux.slack**2)
+    misfit, bump, slack = rounded_up(_misfit(data, trial, flux) + rim), rounded_up(math.sqrt(bumps)), flux.slack
+    total = rounded_up(misfit * misfit + bump * bump + 2 * max(0.0, flux.cost) + 2 * slack * bump + slack * slack)
     clipped = 0.0 if trial is own or (trial == own).all() else _stretch(data, own - trial).norm
-    found = rounded_up(flux.slack + math.sqrt(total) + clipped)
+    found = rounded_up(slack + math.sqrt(total) + clipped)
     return or_infinite(found, 1)
 
 

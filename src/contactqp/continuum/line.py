@@ -47,7 +47,8 @@ from ..profiles.analytic import Profile
 from .cell_fields import CellField, array_field, function_field, number_field
 from .data import Tensions, require_positive
 from .energy import EnergyBounds
-from .rounded import FEW, GROW, LESS_THAN_PI, or_infinite, rounded_up
+from .rounded import FEW, GROW, LESS_THAN_PI, finite_or_nan, or_infinite, rounded_up
+from .stiff_signs import require_not_negative
 
 
 class _AlongX:
@@ -144,10 +145,18 @@ class Line:
 
     @cached_property
     def foundation(self) -> CellField | None:
-        """Stiffness k of the foundation (force per length and length); None without one."""
-        stiffness = self.cable.foundation
-        if stiffness is None or not (stiffness.any() or isinstance(self.cable.given["foundation"], Ranged)):
+        """Stiffness k of the foundation (force per length and length); None without one.
+
+        Raises
+        ------
+        ValueError
+            If it is a function that is negative between the nodes.
+        """
+        stiffness, given = self.cable.foundation, self.cable.given.get("foundation")
+        if stiffness is None or not (stiffness.any() or isinstance(given, Ranged)):
             return None
+        if isinstance(given, Ranged):
+            require_not_negative(_AlongX(given), self.around_squares, self.squares)
         return self.field("foundation", stiffness, False)
 
     @cached_property
@@ -238,12 +247,12 @@ def cable_energy(line: Line, depths: Vector) -> EnergyBounds:
             return EnergyBounds(Bracket(-np.inf, np.inf), np.inf, np.inf, _norm(line, own))
         misfit, cost, slack = _misfit_and_costs(line, own, trial)
         gap = max(0.0, rounded_up(misfit / 2 + cost))
-        norm = rounded_up(slack + math.sqrt(rounded_up(slack**2 + 2 * gap)))
-        energy = _energy(line, trial)
+        norm = rounded_up(slack + math.sqrt(rounded_up(slack * slack + 2 * gap)))
+        energy, known = _energy(line, trial), _norm(line, own)
         lowered = _norm(line, own - trial) if (own != trial).any() else 0.0
     lower = sum_below([energy.lower, -gap, -rounded_up(slack * norm)])
     bracket = Bracket(or_infinite(lower, -1), or_infinite(energy.upper, 1))
-    return EnergyBounds(bracket, rounded_up(norm + lowered), rounded_up(gap + slack**2 / 2), _norm(line, own))
+    return EnergyBounds(bracket, rounded_up(norm + lowered), rounded_up(gap + slack * slack / 2), known)
 
 
 def _sum(values: Vector) -> float:
@@ -299,8 +308,8 @@ def _energy(line: Line, points: Vector) -> Bracket:
     work = h / 6 * (points[left] * (2 * force[left] + force[right]) + points[right] * (force[left] + 2 * force[right]))
     most = h / 2 * (np.abs(points[left]) + np.abs(points[right])) * np.maximum(size[left], size[right])
     error = error * GROW + FEW * (stored + most) + h * apart * (np.abs(points[left]) + np.abs(points[right])) / 2
-    error = error * GROW + UNDERFLOW
-    return Bracket(sum_below((stored - work - error).tolist()), sum_above((stored - work + error).tolist()))
+    error, known = error * GROW + UNDERFLOW, finite_or_nan(stored - work)
+    return Bracket(sum_below((known - error).tolist()), sum_above((known + error).tolist()))
 
 
 def _apart(line: Line, points: Vector) -> Vector:
@@ -366,7 +375,7 @@ def _misfit_and_costs(line: Line, own: Vector, trial: Vector) -> tuple[float, fl
     span = h * flux.size
     slack = loose * span / LESS_THAN_PI + h / LESS_THAN_PI * math.sqrt(_sum(h * wide))
     ends = FEW * h * float(size[0] + size[-1] + (np.abs(flux[0]) + np.abs(flux[-1])) / h**2)
-    return rounded_up(root**2), cost, rounded_up((slack + ends * math.sqrt(span)) / math.sqrt(least))
+    return rounded_up(root * root), cost, rounded_up((slack + ends * math.sqrt(span)) / math.sqrt(least))
 
 
 _THIRD_ROOT = 0.5773502691896258

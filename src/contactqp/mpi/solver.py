@@ -171,7 +171,9 @@ class Solver:
                 f"and under return it, got {membrane!r}; make a Solver for it"
             )
         if self._posed is None:
-            self._posed = PosedByRows(membrane, self.ranks, self._least, self._threads, start)
+            self._posed = PosedByRows(
+                membrane, self.ranks, self._least, self._threads, None if start is None else start.read
+            )
             self._problems = Succession(self._posed.lattice, keeps=True)
             self._trail = Trail(AllRows(self._posed))
         else:

@@ -739,8 +739,9 @@ class Solution:
         TypeError
             If it is not a model whose membrane can be enclosed.
         ValueError
-            If ``effort`` is unknown, the answer is not finite, the lattice's frame does not run along its lines, or
-            support and ceiling leave no room for the frame.
+            If ``effort`` is unknown, the answer is not finite, the lattice's frame does not run along its lines,
+            support and ceiling leave no room for the frame, or are not known to, between points of the lattice, a
+            foundation is negative there, or the units are such that energies are no doubles.
 
         Examples
         --------
