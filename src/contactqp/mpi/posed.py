@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -28,9 +29,6 @@ from .measures import MeasuresByRows
 from .membrane import MembraneByRows
 from .ranks import Ranks
 from .stencils import PartOfStencil
-
-if TYPE_CHECKING:
-    from .starts import Start
 
 MeasuresOfRows: TypeAlias = LatticeMeasures | MeasuresByRows
 
@@ -114,8 +112,8 @@ class PosedByRows:
         See `contactqp.methods.multigrid.strips.LEAST_ROWS`.
     threads : int
         Threads of each process.
-    start : Start, optional
-        What is to be started from: it is read as soon as the rows are known, before what takes long.
+    start : callable, optional
+        Reads what is to be started from: it is called as soon as the rows are known, before what takes long.
 
     Attributes
     ----------
@@ -152,7 +150,7 @@ class PosedByRows:
         ranks: Ranks,
         least: int = LEAST_ROWS,
         threads: int = 1,
-        start: Start | None = None,
+        start: Callable[[PosedByRows], None] | None = None,
     ) -> None:
         self.membrane, self.ranks, self._threads = membrane, ranks, threads
         self.top, self.left, shape = self._box()
@@ -165,7 +163,7 @@ class PosedByRows:
         if lone:
             raise ValueError(f"process {lone[0]} of {ranks.size} has no node in its rows; start fewer processes")
         if start is not None:
-            start.read(self)
+            start(self)
         self._rows_of_nodes = np.concatenate([[0], np.cumsum(np.count_nonzero(numbering.mask, axis=1))])
         self.load = ranks.agreed(self._read_load)
         self.stencil = stencil = self._stencil(numbering, read)

@@ -98,7 +98,7 @@ def solve(
     threads, least_rows = integer_at_least(threads, 1, "threads"), integer_at_least(least_rows, 1, "least_rows")
     started, ranks = time.perf_counter(), Ranks(comm)
     start = start_of(warm_start, membrane, ranks)
-    posed = PosedByRows(membrane, ranks, least_rows, threads, start)
+    posed = PosedByRows(membrane, ranks, least_rows, threads, None if start is None else start.read)
     problems = Succession(posed.lattice, keeps=False)
     return solve_posed(posed, request, threads, started, problems, None if start is None else start.gap)
 

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -14,11 +14,9 @@ from ..foundation.checks import Vector, real_array
 from ..foundation.text import shortened
 from .answer import AnswerByRows
 from .membrane import MembraneByRows
+from .posed import PosedByRows
 from .ranks import Ranks
 from .store import opened
-
-if TYPE_CHECKING:
-    from .posed import PosedByRows
 
 WarmStart: TypeAlias = "AnswerByRows | str | PathLike[str] | None"
 """An answer of the same rows, or the path of a store that `AnswerByRows.to_zarr` has written."""
