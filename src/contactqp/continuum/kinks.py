@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..foundation.checks import Mask
+from ..foundation.checks import Mask, Vector
 from ..foundation.intervals import Interval
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..foundation.surfaces import Ranged
@@ -49,8 +49,7 @@ def told_by_parts(plan: Plan, field: CellField, function: Ranged, sign: float) -
         return field
     along_x, along_y = plan.around_squares
     steps = np.arange(_PARTS + 1) / _PARTS
-    x = _parts(along_x.lower[0, column], along_x.upper[0, column], steps)
-    y = _parts(along_y.lower[row, 0], along_y.upper[row, 0], steps)
+    x, y = _parts(along_x, steps, np.s_[0, column]), _parts(along_y, steps, np.s_[row, 0])
     told = function.range(*(Interval(p.lower[place], p.upper[place]) for p, place in ((x, _ALONG), (y, _ACROSS))))
     if told is None:
         return field
@@ -77,8 +76,10 @@ _ALONG = np.s_[:, None, :]
 _ACROSS = np.s_[:, :, None]
 
 
-def _parts(lower: np.ndarray, upper: np.ndarray, steps: np.ndarray) -> Interval:
-    """Return what holds each part of some stretches, however their ends are rounded, shape (k, parts)."""
-    ends = lower[:, None] + (upper - lower)[:, None] * steps
-    room = 32 * np.spacing(np.maximum(np.abs(lower), np.abs(upper)))[:, None]
+def _parts(around: Interval, steps: Vector, chosen: Any) -> Interval:
+    """Return what holds each part of some stretches, however the ends of all are rounded, shape (k, parts)."""
+    lower, upper = (end[chosen][:, None] for end in (around.lower, around.upper))
+    ends = lower + (upper - lower) * steps
+    # Each stretch is held with a margin that the largest of all places decides.
+    room = 32 * np.spacing(max(float(np.abs(around.lower).max()), float(np.abs(around.upper).max())))
     return Interval(ends[:, :-1] - room, ends[:, 1:] + room)
