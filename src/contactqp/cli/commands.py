@@ -212,7 +212,9 @@ def _solved_to(case: Path, model: Model, continuum_tol: float, backend: str, tim
     if not isinstance(model, Membrane):
         raise ValueError(f"--continuum-tol encloses a Membrane, {case} describes {model!r}")
     if model.lattice.cuts is not None or model.lattice.overshoot:
-        raise ValueError(f"--continuum-tol needs a frame along lines of the lattice, {case} has {model.lattice!r}")
+        raise ValueError(
+            f"--continuum-tol needs a frame along lines of the lattice, or diagonals, {case} has {model.lattice!r}"
+        )
 
     def model_at(spacing: float) -> Membrane:
         finer = read_case(case, spacing).model

@@ -72,13 +72,22 @@ class Data:
                 f"{lattice!r}: its frame cuts arms between the points of the lattice, and only one that runs "
                 "along lines of the lattice can be enclosed; take fitted=False and a spacing that fits"
             )
-        if lattice.overshoot or lattice.slanted:
-            how = "lies beside the lattice's points" if lattice.overshoot else "has slanted sides"
+        if lattice.overshoot or (lattice.slanted and lattice.halved is None):
+            how = "lies beside the lattice's points" if lattice.overshoot else "has slanted sides that cut squares"
             raise ValueError(
-                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice can be "
-                "enclosed: Lattice.from_mask(lattice.mask, lattice.spacing, lattice.origin) has one that goes in steps"
+                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice, or along "
+                "diagonals of its squares, can be enclosed: Lattice.from_mask(lattice.mask, lattice.spacing, "
+                "lattice.origin) has one that goes in steps"
             )
         return cls(model, Plan(lattice))
+
+    def require_whole_squares(self, what: str) -> None:
+        """Refuse a frame with slanted sides, for which something is not known."""
+        if self.plan.halved.any():
+            raise ValueError(
+                f"{self.model.lattice!r}: its contour has slanted sides, and {what} only of a frame that runs along "
+                "lines of the lattice; effort='pointwise' encloses the membrane in this one as well"
+            )
 
     @cached_property
     def load(self) -> CellField:

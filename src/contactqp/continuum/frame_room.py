@@ -186,7 +186,7 @@ def _rounding_at_frame(data: Data, field: CellField) -> float:
 def _edges(data: Data) -> list[tuple[_Places, _Places]]:
     """Return the places of both ends of the frame's edges along y, and of those along x, as rows of points."""
     plan = data.plan
-    frame, inside = plan.frame, np.pad(plan.squares, 1)
+    frame, inside = plan.frame, np.pad(plan.squares & ~plan.halved, 1)
     level = frame[:, :-1] & frame[:, 1:] & (inside[:-1, 1:-1] | inside[1:, 1:-1])
     upright = frame[:-1] & frame[1:] & (inside[1:-1, :-1] | inside[1:-1, 1:])
     found = []

@@ -7,6 +7,9 @@ is less, for an upper bound, or more, by what the cells about each node have mis
 needed, and in contact is taken by the support. After a few rounds what is missed is of second order everywhere. The
 loads that are solved for are no part of the proof: it is that of the spline that comes of them.
 
+At a corner between a straight and a slanted side, at 135°, second derivatives of the membrane have no bound: what is
+missed there is paid by loads that grow as the cells shrink, on fewer and fewer nodes, in more rounds.
+
 At a corner that points inwards the membrane is singular. There the spline's coefficients are moved to its own side of
 the frame's height, and for a lower bound to where a membrane without a frame were in balance; the loads do the rest, in
 more rounds.
@@ -52,7 +55,7 @@ _WORTH = 0.9
 """A round that leaves more than this part of the distance ends the sharpening."""
 
 _PATIENCE = 9
-"""Rounds that are made in any case where corners point inwards."""
+"""Rounds that are made in any case where corners point inwards or sides are slanted."""
 
 _SPENT = 0.3
 """The sharpening ends where the multiple of the parabola makes no more than this part of the distance."""
@@ -92,10 +95,10 @@ def pointwise_bounds(
         See `Resolve`; it need not be exact.
     rounds : int, optional
         How often the lattice problem may be solved again, for each side; by default six times on a rectangle, and
-        fourteen times where corners point inwards.
+        fourteen times where corners point inwards or sides are slanted.
     """
     if rounds is None:
-        rounds = 6 if problem.cells.convex else 14
+        rounds = 6 if problem.cells.rectangular else 14
     upper, raised = _sharpened(problem, gap, resolve, rounds, upper_from)
     lower, lowered = _sharpened(problem, gap, resolve, rounds, lower_from)
     return PointwiseBounds(lower, upper, (lowered, raised))
@@ -104,6 +107,9 @@ def pointwise_bounds(
 def upper_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
     """Return an upper bound from the lattice's answer under a load at the points."""
     values, bend = problem.with_rim(gap), problem.bend(load)
+    if problem.kinks is not None:
+        # There the floor's kink is left to the floor, and the deflection is the spline of its values.
+        values = values + problem.kinks
     return supersolution(problem, _held_at_rim(problem, problem.continuation(values, bend, "less"), 1))
 
 
@@ -141,11 +147,11 @@ def _held_at_rim(problem: ObstacleProblem, coefficients: Grid, side: int) -> Gri
             break
         moved = np.zeros(coefficients.shape)
         first = 0
-        for (row, column), down, right in zip(problem.cells.rim, (0, 1), (1, 0), strict=True):
-            wanted = np.maximum(missing[first : first + row.size], 0.0)
-            first += row.size
-            np.maximum.at(moved, (row + 1, column + 1), wanted)
-            np.maximum.at(moved, (row + 1 + down, column + 1 + right), wanted)
+        for edges in problem.cells.rim:
+            wanted = np.maximum(missing[first : first + edges.row.size], 0.0)
+            first += edges.row.size
+            for row, column in edges.ends:
+                np.maximum.at(moved, (row + 1, column + 1), wanted)
         coefficients = coefficients + (side * _MOVED) * moved
     return coefficients
 
@@ -159,7 +165,7 @@ def _sharpened(
 ) -> tuple[Barrier, int]:
     """Return the best bound of some rounds, and how many there were."""
     # At a corner that points inwards much is missed at first, so that the best bound long remains that of nothing.
-    patience = 1 if problem.cells.convex else _PATIENCE
+    patience = 1 if problem.cells.rectangular else _PATIENCE
     load = np.array(problem.wanted)
     latest = best = bound_from(problem, gap, load)
     least, before = _distance(best, gap), None
@@ -183,7 +189,7 @@ def _to_be_paid(barrier: Barrier) -> Grid:
     if barrier.side > 0:
         return barrier.defects
     near = min(barrier.shift, _NEAR * barrier.problem.largest_bend)
-    return np.where(barrier.ranges.most > near, barrier.defects, 0.0)
+    return np.where(barrier.ranges.most + barrier.problem.rest[1] > near, barrier.defects, 0.0)
 
 
 def _over(barrier: Barrier, missed: Grid, before: Grid | None) -> Grid | float:
@@ -198,7 +204,7 @@ def _over(barrier: Barrier, missed: Grid, before: Grid | None) -> Grid | float:
     if barrier.side > 0:
         return np.asarray(_OVER / np.maximum(1.0 - left, _LEAST_RESPONSE))
     far = barrier.problem.cells.inside & (barrier.ranges.least > _NEAR * barrier.problem.largest_bend)
-    return np.where(at_corners(far) & (left < _SLIGHT), _OVER / (1.0 - left), _OVER)
+    return np.where(at_corners(far) & (left < _SLIGHT), _OVER / np.maximum(1.0 - left, 1.0 - _SLIGHT), _OVER)
 
 
 def _distance(barrier: Barrier, gap: Grid) -> float:

@@ -15,7 +15,7 @@ Splines*, 1978, ch. X): ∫B_i B_j = h B⁷(i - j), ∫B_i B_j'' is its second d
 \|∫(q - q̄)φ\| is at most h² times the range of q, half that of φ; q̄ is the mean of q, which lies between the mean of its
 values at the corners and what it may differ from its bilinear interpolant by.
 
-Over a spline F in the place of the support, u is F - w, and q is p + TΔF: ∫ρ = ∫pφ + T∫wΔφ, where w is bounded as well.
+Over a spline F in the place of the support, u is F - w, and q is p + TΔF: ∫ρ = ∫pφ + T∫wΔφ, where L ≤ F - w ≤ U.
 """
 
 from __future__ import annotations
@@ -43,9 +43,7 @@ _ERROR = gamma(64)
 """Relative to the sum of moduli: each number is formed by fewer roundings than half of these."""
 
 
-def reaction_bracket(
-    problem: ObstacleProblem, bounds: PointwiseBounds, clear: Mask, moves: tuple[float, float]
-) -> Bracket:
+def reaction_bracket(problem: ObstacleProblem, bounds: PointwiseBounds, clear: Mask) -> Bracket:
     """Return a bracket of the force that the support bears; infinite where the frame is not certainly clear.
 
     Parameters
@@ -54,8 +52,6 @@ def reaction_bracket(
     bounds : PointwiseBounds
     clear : array of bool, shape (rows + 1, columns + 1)
         Cells that are certainly clear.
-    moves : (float, float)
-        What is added to a lower and to an upper bound of the deflection over the problem's support, see `Posed`.
     """
     cells = problem.cells
     cutoff = cutoff_of(cells, clear)
@@ -86,7 +82,7 @@ def reaction_bracket(
     slip = problem.slip(upper.coefficients) + problem.slip(lower.coefficients)
     slip += 4 * _ERROR * float(np.abs(upper.coefficients).max() + np.abs(lower.coefficients).max())
     lifts = (upper.multiple + lower.multiple) * problem.largest_height + upper.shift + lower.shift
-    apart = between + lifts + slip + (moves[1] - moves[0])
+    apart = between + lifts + slip
     off += tension * area * float((steep * apart)[inside].sum()) / 2.0 * (1 + _ERROR)
     low, high = _loads(problem, mean, cutoff)
     least, most = low - work + pushed - off, high - work + pushed + off
@@ -106,7 +102,7 @@ def cutoff_of(cells: Cells, clear: Mask) -> Grid | None:
     if not touched.any():
         return np.zeros(tuple(np.array(cells.nodes.shape) + 2))
     ones = _blocks(touched)
-    zeros = _blocks(~cells.inside) | ~_blocks(cells.inside)
+    zeros = _blocks(~cells.whole) | ~_blocks(cells.whole)
     zeros[:3], zeros[-3:], zeros[:, :3], zeros[:, -3:] = True, True, True, True
     if (ones & zeros).any():
         return None
@@ -150,9 +146,9 @@ def _loads(problem: ObstacleProblem, mean: Grid, cutoff: Grid) -> tuple[float, f
     """Return bounds of the integral of the load times φ."""
     cells = problem.cells
     inside, area = cells.inside, cells.spacing**2
-    load = np.where(cells.closure, problem.load, 0.0)
+    load = np.where(cells.corners, problem.load, 0.0)
     corners = np.stack([load[:-1, :-1], load[1:, :-1], load[:-1, 1:], load[1:, 1:]])
-    below, above = (np.broadcast_to(end, inside.shape) for end in problem.load_range)
+    below, above = (np.where(inside, end, 0.0) for end in problem.load_range)
     spread = (corners.max(axis=0) - corners.min(axis=0)) + (above - below)
     # φ lies between the least and the largest of 16 coefficients.
     rows, columns = inside.shape

@@ -94,7 +94,9 @@ def place_in(fine: Lattice, coarse: Lattice) -> tuple[int, int]:
 def _data_of(model: ContactModel) -> Data:
     if not isinstance(model, Membrane):
         raise TypeError(f"a Membrane can be made again on other lattices, not {model!r}")
-    return Data.of(model)
+    data = Data.of(model)
+    data.require_whole_squares("errors are estimated")
+    return data
 
 
 def _refined(plan: Plan) -> Mask:

@@ -120,6 +120,29 @@ class FrameFit:
         x, y = self._places(corners & ~padded)
         return not self.inside(x, y, -4 * self.margin).all()
 
+    @property
+    def _halved(self) -> Mask | None:
+        """Which squares the contour halves along a diagonal, if it cuts no square otherwise; else None."""
+        if self.overshoot or not self.sides.on_diagonals(self.spacing, self.origin):
+            return None
+        # The contour runs along lines and diagonals, so that it cuts no square but along those of its four quarters.
+        nodes = np.pad(self.mask, 1)
+        corners = np.stack([nodes[:-1, :-1], nodes[:-1, 1:], nodes[1:, 1:], nodes[1:, :-1]])
+        quarters = np.ones_like(corners)
+        beside = np.nonzero(~corners.all(axis=0))
+        x, y = (
+            np.float64(first) + np.float64(self.spacing) * (place - 0.5)
+            for first, place in zip(self.origin, beside[::-1], strict=True)
+        )
+        third = self.spacing / 3
+        for quarter, (right, up) in zip(quarters, ((0, -1), (1, 0), (0, 1), (-1, 0)), strict=True):
+            quarter[beside] = self.inside(x + right * third, y + up * third, self.margin)
+        node, whole, empty = corners.any(axis=0), quarters.all(axis=0), ~quarters.any(axis=0)
+        # Corner k lies between the quarters k - 1 and k, counted about the square.
+        here = corners & quarters & np.roll(quarters, 1, axis=0)
+        halved = (corners.sum(axis=0) == 1) & (quarters.sum(axis=0) == 2) & here.any(axis=0)
+        return halved if (halved | (node & whole) | (~node & empty)).all() else None
+
     def _places(self, padded: Mask) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return x and y of points that are chosen on the array with a ring about it (length)."""
         row, column = np.nonzero(padded)
@@ -130,6 +153,7 @@ class FrameFit:
     def lattice(self, crs: str) -> Lattice:
         """Return the lattice, in a coordinate reference system; a frame that grows is told of, if much by a warning."""
         caution = self._caution() if self.overshoot else ""
+        slanted = self._slanted
         if caution and self.loudest > _LOUD:
             warnings.warn(caution, ContactWarning, stacklevel=stacklevel_outside())
         return Lattice(
@@ -137,7 +161,8 @@ class FrameFit:
             overshoot=self.overshoot,
             caution=caution,
             crs=crs,
-            slanted=self._slanted,
+            slanted=slanted,
+            halved=self._halved if slanted else None,
         )
 
     def fitted_lattice(self, crs: str) -> Lattice:
