@@ -4,6 +4,7 @@ import importlib.util
 import sys
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import peers
 import pytest
@@ -56,13 +57,14 @@ def counted(monkeypatch):
     peers.in_the_place_of_ranks(monkeypatch)
     monkeypatch.setattr(peers, "Peer", CountingPeer)
     corrected = ContactMultigrid.correct
-    seen = {}
+    seen: dict[tuple[int, int], list[tuple[int, int, int]]] = {}
 
     def correct(self):
         part = self.lattice.part
         if isinstance(part, Strip):
-            key = part._peers.rank, self.lattice.layout.mask.shape[1]
-            seen.setdefault(key, []).append((part._peers.messages, part._peers.sent, int(self.changes)))
+            peer: Any = part._peers
+            key = peer.rank, self.lattice.layout.mask.shape[1]
+            seen.setdefault(key, []).append((peer.messages, peer.sent, int(self.changes)))
         corrected(self)
 
     monkeypatch.setattr(ContactMultigrid, "correct", correct)
