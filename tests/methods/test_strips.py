@@ -17,7 +17,7 @@ from contactqp.methods.multigrid.arms import Arms, arms_of
 from contactqp.methods.multigrid.contact import NO_LIMITS
 from contactqp.methods.multigrid.nested import nested_start
 from contactqp.methods.multigrid.rows import BLOCK, HALO, Rows
-from contactqp.methods.multigrid.strips import Gathered, Strip, divided
+from contactqp.methods.multigrid.strips import Gathered, Strip, divided, divisible
 
 
 def cycled(lattice, q, height, limits, cycles=3, threads=1):
@@ -127,7 +127,7 @@ def test_no_number_depends_on_threads():
 
 def test_strips_begin_where_blocks_do_and_hold_a_halo():
     edges = divided(511, 3)
-    assert edges == [1, 160, 320, 512]
+    assert edges == [1, 160, 352, 512]
 
     def told(peer):
         part = Strip(peer, tuple(edges))
@@ -136,12 +136,28 @@ def test_strips_begin_where_blocks_do_and_hold_a_halo():
 
     first, middle, last = by_peers(3, told)
     assert first[:5] == (0, 160 + HALO, 1, 160, (1, 165))
-    assert middle[:5] == (152, 160 + 2 * HALO, 8, 168, (3, 173))
-    assert last[:5] == (312, 513 - 312, 8, 200, (3, 200))
-    assert [one[5] for one in (first, middle, last)] == [(1, 80), (80, 160), (160, 256)]
+    assert middle[:5] == (152, 192 + 2 * HALO, 8, 200, (3, 205))
+    assert last[:5] == (344, 513 - 344, 8, 168, (3, 168))
+    assert [one[5] for one in (first, middle, last)] == [(1, 80), (80, 176), (176, 256)]
     assert {one[6] for one in (first, middle, last)} == {Strip}
     assert first[7][:2] == [(1, 16), (16, 32)]
     assert middle[7][0] == (8, 24)
+
+
+@given(st.integers(1, 40), st.integers(0, 5000), st.sampled_from([16, 32, 64]))
+def test_every_process_has_a_block_on_every_divided_level(processes, more, least):
+    rows = BLOCK * processes + more
+    edges = divided(rows, processes, least)
+    assert (edges[0], edges[-1], len(edges)) == (1, rows + 1, processes + 1)
+    while True:
+        own = np.diff(edges)
+        assert (own[1:-1] >= BLOCK).all()
+        assert processes == 1 or (own[0] >= BLOCK - 1 and own[-1] >= HALO)
+        rows //= 2
+        if not divisible(rows, processes, least):
+            break
+        assert all(edge % (2 * BLOCK) == 0 for edge in edges[1:-1])
+        edges = [1, *(edge // 2 for edge in edges[1:-1]), rows + 1]
 
 
 def test_blocks_are_the_same_whoever_holds_them():

@@ -178,7 +178,7 @@ def test_other_starts_are_refused_in_the_same_words_by_all(tmp_path):
         "must be the same in every process, but process 0 has no warm start, and process 1 the store": (
             lambda peer: stores["same"] if peer.rank else None
         ),
-        "holds rows 0 to 22, and has those of 0 to 60, as process 0 of 1; write it by to_zarr": single,
+        "holds rows 0 to 38, and has those of 0 to 60, as process 0 of 1; write it by to_zarr": single,
     }
     for words, start in refused.items():
         (kind, first), second = refusals(flat(), start)

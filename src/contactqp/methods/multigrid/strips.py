@@ -143,7 +143,9 @@ def divided(rows: int, processes: int, least: int = LEAST_ROWS) -> list[int]:
     Examples
     --------
     >>> divided(511, 3)
-    [1, 160, 320, 512]
+    [1, 160, 352, 512]
+    >>> divided(2047, 2)
+    [1, 1024, 2048]
     """
     if processes > 1 and rows < BLOCK * processes:
         most = max(1, rows // BLOCK)
@@ -154,5 +156,8 @@ def divided(rows: int, processes: int, least: int = LEAST_ROWS) -> list[int]:
     factor = 1
     while divisible(rows // (2 * factor), processes, least):
         factor *= 2
-    inner = [factor * BLOCK * (rows // factor * k // (BLOCK * processes)) for k in range(1, processes)]
+    blocks = rows // factor // BLOCK
+    # The row that comes nearest, but so that each of the processes behind it has a block as well.
+    nearest = [((rows + 1) // factor * k / (BLOCK * processes) + 0.5) // 1 for k in range(1, processes)]
+    inner = [factor * BLOCK * min(int(near), blocks - processes + k) for k, near in enumerate(nearest, start=1)]
     return [1, *inner, rows + 1]
