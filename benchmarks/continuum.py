@@ -34,7 +34,7 @@ class Answered(NamedTuple):
     def enclosed(self) -> MembraneBounds:
         """Return bounds of the membrane."""
         membrane, gap = self.membrane, self.solution.gap
-        again = Resolved(membrane, gap, cq.Solution.by)
+        again = Resolved(membrane, gap)
         return membrane_bounds(Data.of(membrane), membrane.padded_below(gap), gap, again)
 
 

@@ -1,9 +1,17 @@
 """Threads of one process in the place of processes, for tests of what is divided among them."""
 
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
+from functools import cached_property
 
 import numpy as np
+
+from contactqp.mpi.answer import AnswerByRows
+from contactqp.mpi.barriers import PartOfParabola
+from contactqp.mpi.posed import PosedByRows
+from contactqp.mpi.ranks import Ranks
 
 
 class _Party:
@@ -12,7 +20,9 @@ class _Party:
 
 
 class Peer:
-    """One of them: what `contactqp.methods.multigrid.strips.Peers` asks for."""
+    """One of them: what `contactqp.methods.multigrid.strips.Peers` asks for, and errors that are those of all."""
+
+    agreed, messages, sent = Ranks.agreed, 0, 0
 
     def __init__(self, party, rank):
         self._party, self.rank, self.size = party, rank, party.size
@@ -53,3 +63,19 @@ def by_peers(size, work):
 
     with ThreadPoolExecutor(size) as pool:
         return [found.result() for found in [pool.submit(one, rank) for rank in range(size)]]
+
+
+def alone():
+    """Return the only peer of its party."""
+    return by_peers(1, lambda peer: peer)[0]
+
+
+def in_the_place_of_ranks(monkeypatch):
+    """Let `contactqp.mpi` take a peer for the communicator that it is given."""
+    for module in ("solve", "solver"):  # as modules: functions have taken their names
+        monkeypatch.setattr(sys.modules[f"contactqp.mpi.{module}"], "Ranks", lambda peer: peer)
+    for kind in (AnswerByRows, PosedByRows, PartOfParabola):
+        for each in vars(kind).values():
+            if isinstance(each, cached_property):
+                # Before Python 3.12 there is one lock for all objects, whose threads would wait for each other.
+                monkeypatch.setattr(each, "lock", nullcontext(), raising=False)

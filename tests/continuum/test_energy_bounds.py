@@ -120,6 +120,21 @@ def test_kinked_supports_are_enclosed(name):
     assert half_width(found[2].energy) < 0.6 * half_width(found[1].energy)
 
 
+@pytest.mark.parametrize(("west", "south", "h"), [(0.1, -0.3, 0.013), (-1.7, 2.3, 0.1 / 3), (0.7, 0.9, 0.1)])
+def test_a_roof_that_is_rounded_to_the_other_side_of_the_frame_is_enclosed(west, south, h):
+    east, north = west + 14 * h, south + 11 * h
+    flanks = [(-west, 1.0, 0.0), (east, -1.0, 0.0), (-south, 0.0, 1.0), (north, 0.0, -1.0)]
+    roof = Uppermost(*(Plane(*flank) for flank in flanks))
+    found = []
+    for finer in (1, 4):
+        mask = np.ones((11 * finer - 1, 14 * finer - 1), dtype=bool)
+        lattice = cq.Lattice.from_mask(mask, h / finer, (west + h / finer, south + h / finer))
+        found.append(solved(lattice, load=0.8 / h, support=roof).continuum())
+    assert all(one.proven for one in found)
+    assert meet(found[0].energy, found[1].energy)
+    assert half_width(found[1].energy) < 0.6 * half_width(found[0].energy)
+
+
 def integral_of_density(density, side, count=800):
     """Integrate over a square about zero by the midpoint rule."""
     middles = (np.arange(count) + 0.5) / count * side - side / 2

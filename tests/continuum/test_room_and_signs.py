@@ -117,13 +117,10 @@ def cable_of(length, height, tension):
 def test_extreme_units_give_right_figures_or_words(make, length, height, tension):
     """The unit of the energy is T height², for a cable T height²/length; what is no double is refused in words."""
     try:
-        solution = cq.solve(make(length, height, tension), tol=1e-9)
-    except ValueError:
-        pytest.skip("the lattice's problem itself is refused")
-    try:
-        found = solution.continuum()
+        found = cq.solve(make(length, height, tension), tol=1e-9).continuum()
     except ValueError as refused:
-        assert "unit" in str(refused)  # noqa: PT017 - either outcome is right
+        # Either outcome is right, of the lattice's problem as well.
+        assert any(word in str(refused) for word in ("unit", "overflow", "range", "double", "finite"))  # noqa: PT017
         return
     usual = cq.solve(make(1.0, 1.0, 1.0), tol=1e-9).continuum().energy
     unit = tension * height * (height / length if make is cable_of else height)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from contactqp.continuum.cells import Cells
-from contactqp.continuum.splines import at_points, excess_along_rim, ranges_on_cells
+from contactqp.continuum.splines import at_points, excess_along_rim, excess_on_cells, ranges_on_cells
 
 
 def some_numbers(rng, shape):
@@ -47,6 +47,38 @@ def test_ranges_hold_everywhere_in_the_cells(seed):
             assert Fraction(found.least[i, j]) <= value(exact, row, column) <= Fraction(found.most[i, j])
         assert abs(value(exact, int(i), int(j)) - Fraction(values[i, j])) <= Fraction(error)
     assert np.isnan(found.least[~cells.inside]).all()
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_spline_less_a_bilinear_field_keeps_to_its_range(seed):
+    rng = np.random.default_rng(seed)
+    cells = some_cells(rng)
+    shape = np.array(cells.nodes.shape)
+    c, f = some_numbers(rng, shape + 2), some_numbers(rng, shape)
+    least, most = excess_on_cells(cells, c, np.where(cells.closure, f, np.inf))
+    exact, exact_f = fractions(c), fractions(f)
+    for i, j in rng.permutation(np.argwhere(cells.inside))[:3]:
+        for row, column in places_in(rng, i, j, 2):
+            excess = value(exact, row, column) - bilinear(exact_f, row, column)
+            assert Fraction(least[i, j]) <= excess <= Fraction(most[i, j])
+    assert np.isnan(least[~cells.inside]).all()
+    assert np.isnan(most[~cells.inside]).all()
+    assert (most - least)[cells.inside].max() <= 64 * (np.abs(c).max() + np.abs(f).max())
+
+
+def test_a_spline_less_a_field_is_its_largest_and_least_by_hand():
+    cells = Cells(np.ones((1, 1), dtype=bool), 1.0)
+    rising = np.tile(np.arange(-1.0, 4.0), (5, 1))  # the spline of linear coefficients is x itself
+    least, most = excess_on_cells(cells, rising, np.full((3, 3), 0.5))
+    assert least == pytest.approx(np.array([[-0.5, 0.5]] * 2))
+    assert most == pytest.approx(np.array([[0.5, 1.5]] * 2))
+
+
+def test_what_overflows_has_no_range():
+    cells = Cells(np.ones((1, 1), dtype=bool), 1.0)
+    least, most = excess_on_cells(cells, np.full((5, 5), 1e300), np.zeros((3, 3)))
+    assert (least == -np.inf).all()
+    assert (most == np.inf).all()
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -93,6 +93,12 @@ class Barrier:
         moved = self._moved(values, self.multiple * _height_at_lines(self.problem), error)
         return np.where(self.problem.cells.closure, moved, np.nan)
 
+    def nearly_at_points(self) -> Grid:
+        """Return the bound at the points but for its roundings: it may be used to choose, and proves nothing."""
+        values, _ = self.problem.at_points(self.coefficients)
+        values += self.side * (self.multiple * _height_at_lines(self.problem) + self.shift)
+        return values
+
     def on_cells(self) -> Grid:
         """Return the largest value in each cell of an upper bound, the least of a lower one; nan outside."""
         extreme = self.ranges.most if self.side > 0 else self.ranges.least

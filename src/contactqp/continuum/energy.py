@@ -248,8 +248,9 @@ def _crosses(data: Data, surface: CellField, points: Grid, sign: float) -> bool:
 def _most(data: Data, surface: CellField, points: Grid, name: str) -> Grid | None:
     """Return how deep nodes may be so that their interpolant stays above a surface, None if that cannot be told."""
     plan = data.plan
-    frame = points[plan.frame]
-    beyond = frame > surface.values[plan.frame]
+    # A roof that begins at the frame may have been rounded to the other side of it.
+    frame, rounding = points[plan.frame], _corner_to_points(plan, surface.rounding)
+    beyond = frame > surface.values[plan.frame] + rounding[plan.frame]
     if beyond.any():
         worst = int(np.argmax(beyond))
         row, column = np.argwhere(plan.frame)[worst]

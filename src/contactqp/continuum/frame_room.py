@@ -170,11 +170,18 @@ def require_room(data: Data) -> None:
         everywhere, frame = data.plan.points, data.plan.frame
         sizes = [np.abs(field.values[everywhere]), np.abs(data.frame.values[frame])]
         slip = _ROUNDING * max(float(size[np.isfinite(size)].max(initial=0.0)) for size in sizes)
+        slip += 2 * sum(_rounding_at_frame(data, each) for each in (field, data.frame))
         for axis, edges in enumerate(_edges(data)):
             segments = _segments(data, axis, edges)
             pair = [_surface(data, *each, edges) for each in zip(given, (field, data.frame), strict=True)]
             if any(isinstance(each, _Function) for each in pair):
                 _require_along(segments, pair[0], pair[1], sign, name, slip)
+
+
+def _rounding_at_frame(data: Data, field: CellField) -> float:
+    """Return how far values of a field may be rounded at the frame: those of a roof that begins there, beyond it."""
+    beside = field.rounding[data.plan.frame_edges > 0]
+    return float(beside[np.isfinite(beside)].max(initial=0.0))
 
 
 def _edges(data: Data) -> list[tuple[_Places, _Places]]:

@@ -25,7 +25,7 @@ import numpy as np
 
 from ..geometry.numbering import Grid
 from .barriers import Barrier, subsolution, supersolution
-from .cells import largest_at_corners
+from .cells import at_corners, largest_at_corners
 from .obstacle import ObstacleProblem
 
 Resolve: TypeAlias = Callable[[Grid], Grid]
@@ -36,6 +36,9 @@ _OVER = 1.15
 
 _LEAST_RESPONSE = 0.2
 """Of what a change of the load was meant for, this part at least is taken to have been reached, when it is repeated."""
+
+_SLIGHT = 0.2
+"""For a lower bound a change counts as answered by a part if no more than this is left, and contact is not near."""
 
 _NEAR = 3.0
 """A lower bound is always mended where the spline is higher than so many times what a membrane bends on a cell."""
@@ -51,7 +54,7 @@ _WORTH = 0.9
 _PATIENCE = 9
 """Rounds that are made in any case where corners point inwards."""
 
-_SPENT = 0.03
+_SPENT = 0.3
 """The sharpening ends where the multiple of the parabola makes no more than this part of the distance."""
 
 
@@ -164,7 +167,7 @@ def _sharpened(
         missed = largest_at_corners(_to_be_paid(latest))
         if not np.isfinite(missed).all() or problem.largest_height * missed.max() <= _SPENT * least:
             return best, done
-        load = load - latest.side * (_over(missed, before if latest.side > 0 else None) * missed)
+        load = load - latest.side * (_over(latest, missed, before) * missed)
         latest, before = bound_from(problem, resolve(load - problem.wanted), load), missed
         distance = _distance(latest, gap)
         improved, worth = distance < least, distance <= _WORTH * least
@@ -183,19 +186,25 @@ def _to_be_paid(barrier: Barrier) -> Grid:
     return np.where(barrier.ranges.most > near, barrier.defects, 0.0)
 
 
-def _over(missed: Grid, before: Grid | None) -> Grid | float:
+def _over(barrier: Barrier, missed: Grid, before: Grid | None) -> Grid | float:
     """Return how many times what is missed the load is changed by; where a change was answered by a part, more.
 
     For a lower bound that would push the free boundary ahead of the load: there, more load is no load on the support.
+    It is done at the corners of a rectangle, which otherwise take a round or two more than all else.
     """
     if before is None:
         return _OVER
     left = np.divide(missed, before, out=np.zeros_like(missed), where=before > 0.0)
-    return np.asarray(_OVER / np.maximum(1.0 - left, _LEAST_RESPONSE))
+    if barrier.side > 0:
+        return np.asarray(_OVER / np.maximum(1.0 - left, _LEAST_RESPONSE))
+    far = barrier.problem.cells.inside & (barrier.ranges.least > _NEAR * barrier.problem.largest_bend)
+    return np.where(at_corners(far) & (left < _SLIGHT), _OVER / (1.0 - left), _OVER)
 
 
 def _distance(barrier: Barrier, gap: Grid) -> float:
     """Return how far a bound is from the lattice's answer in the mean, which a corner alone does not decide."""
-    values = barrier.at_points() if barrier.side > 0 else np.maximum(barrier.at_points(), 0.0)
-    away = barrier.side * (values - gap)
-    return float(away[barrier.problem.cells.closure].mean()) if barrier.holds else np.inf
+    if not barrier.holds:
+        return np.inf
+    values = barrier.nearly_at_points()
+    away = values - gap if barrier.side > 0 else gap - np.maximum(values, 0.0)
+    return float(away.mean(where=barrier.problem.cells.closure))

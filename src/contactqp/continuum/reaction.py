@@ -25,7 +25,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..foundation.brackets import Bracket, sum_above, sum_below
+from ..foundation.brackets import Bracket, sum_within
 from ..foundation.checks import Mask
 from ..foundation.loading import load_modules
 from ..foundation.rounding import UNDERFLOW, gamma
@@ -68,15 +68,17 @@ def reaction_bracket(
     middle = middle if problem.floor is None else middle - problem.floor
     terms = weights * middle
     # Coefficients where no product with φ is left do not count.
-    work = tension * math.fsum(terms.ravel())
-    off = (
+    added, mean = sum_within(terms), _means(cutoff)
+    pressed = sum_within(mean)
+    work = tension * (added.lower + added.upper) / 2.0
+    pushed = (upper.multiple - lower.multiple) / 2.0 * area * (pressed.lower + pressed.upper) / 2.0
+    off = tension * (added.upper - added.lower)
+    off += (upper.multiple + lower.multiple) * area * (pressed.upper - pressed.lower) + _ERROR * abs(pushed)
+    off += (
         tension
         * _ERROR
         * float((sizes * (np.abs(middle) + np.abs(lower.coefficients) + np.abs(upper.coefficients))).sum())
     )
-    mean = _means(cutoff)
-    pushed = (upper.multiple - lower.multiple) / 2.0 * area * math.fsum(mean.ravel())
-    off += _ERROR * abs(pushed)
     bent = ranges_on_cells(cells, cutoff, 1.0, np.zeros(cells.nodes.shape))
     inside = cells.inside
     steep = np.maximum(np.abs(bent.least_excess), np.abs(bent.most_excess))
@@ -161,5 +163,5 @@ def _loads(problem: ObstacleProblem, mean: Grid, cutoff: Grid) -> tuple[float, f
     off = (spread * swing / 2.0 + size)[inside]
     least = ((average + below) * mean)[inside] - off
     most = ((average + above) * mean)[inside] + off
-    low, high = sum_below(least) * area, sum_above(most) * area
+    low, high = sum_within(least).lower * area, sum_within(most).upper * area
     return low - _ERROR * abs(low), high + _ERROR * abs(high)

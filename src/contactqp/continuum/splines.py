@@ -158,28 +158,17 @@ def excess_on_cells(cells: Cells, coefficients: Grid, field: Grid) -> tuple[Grid
     field : array, shape (rows + 2, columns + 2)
         Values at the points.
     """
-    least, most = np.full(cells.inside.shape, np.inf), np.full(cells.inside.shape, -np.inf)
-    rows, columns = cells.inside.shape
-    for down in range(4):
-        column = _bernstein([coefficients[k : k + rows] for k in range(4)], down)
-        beside = (3.0 - down) * field[:-1] + down * field[1:]
-        for right in range(4):
-            value = _bernstein([column[:, k : k + columns] for k in range(4)], right) / 36.0
-            value -= ((3.0 - right) * beside[:, :-1] + right * beside[:, 1:]) / 9.0
-            np.minimum(least, value, out=least)
-            np.maximum(most, value, out=most)
-    sizes = np.abs(coefficients).max() + np.abs(field).max(where=cells.closure, initial=0.0)
-    error = 2.0 * _ERROR * float(sizes) + UNDERFLOW
-    return np.where(cells.inside, least - error, np.nan), np.where(cells.inside, most + error, np.nan)
+    load_modules("contactqp.continuum.spline_kernels", kernels="splines")
+    from .spline_kernels import excesses
 
-
-def _bernstein(lines: list[Grid], part: int) -> Grid:
-    """Return six times one of the Bernstein coefficients of cubic splines from four lines of coefficients."""
-    first, second, third, fourth = lines
-    formed = (
-        lambda: (first + 4.0 * second) + third,
-        lambda: 4.0 * second + 2.0 * third,
-        lambda: 2.0 * second + 4.0 * third,
-        lambda: (second + 4.0 * third) + fourth,
-    )
-    return formed[part]()
+    sizes = float(np.abs(coefficients).max()) + float(np.abs(field).max(where=cells.closure, initial=0.0))
+    if not 36.0 * sizes < _LARGEST:
+        endless = np.where(cells.inside, np.inf, np.nan)
+        return -endless, endless
+    least, most = np.empty(cells.inside.shape), np.empty(cells.inside.shape)
+    team = shared_team()
+    strips = team.strips(0, cells.inside.shape[0], cells.inside.shape[1])
+    given = np.ascontiguousarray(coefficients), np.ascontiguousarray(np.where(cells.closure, field, 0.0))
+    team.run(excesses, strips, *given, cells.inside, least, most)
+    error = 2.0 * _ERROR * sizes + UNDERFLOW
+    return least - error, most + error

@@ -127,6 +127,9 @@ class MembraneByRows:
         if self.upwards:
             heights = {name: elevations_of(height) for name, height in heights.items()}
         self._fields = {"load": load, "mask": mask, "foundation": foundation, **heights}
+        self._refuse_other_shapes()
+
+    def _refuse_other_shapes(self) -> None:
         for name, field in [*self._fields.items(), *(("tension", part) for part in self.tension)]:
             given = getattr(field, "shape", np.shape(field) if not callable(field) and field is not None else ())
             if tuple(given) not in ((), self.shape):
@@ -144,6 +147,29 @@ class MembraneByRows:
         other = copy(self)
         other.load_factor = self.load_factor * finite_number(factor, "factor")
         return other
+
+    def under(self, load: Any) -> MembraneByRows:
+        """Return the membrane under another load, given as when it was made.
+
+        Examples
+        --------
+        >>> membrane = MembraneByRows((1, 2), 1.0, 1.0, load=1.0, support=1.0)
+        >>> membrane.under(lambda x, y: 1.0 + x).rows_of("load", 0, 1)
+        array([[1., 2.]])
+        """
+        other = copy(self)
+        other.load_factor = 1.0
+        other.given, other._fields = ({**fields, "load": load} for fields in (self.given, self._fields))
+        other._refuse_other_shapes()
+        return other
+
+    def differs_in_load_alone(self, other: MembraneByRows) -> bool:
+        """Whether all but the load, and its factor, are the very same objects: as `with_load` and `under` make it."""
+        same = self.tension is other.tension and all(
+            field is other._fields[name] for name, field in self._fields.items() if name != "load"
+        )
+        places = (self.shape, self.spacing, self.origin) == (other.shape, other.spacing, other.origin)
+        return same and places and self.upwards == other.upwards
 
     def has(self, name: str) -> bool:
         """Whether there is a ``"ceiling"``, or a ``"foundation"``."""

@@ -94,7 +94,8 @@ class Ranks:
         Raises
         ------
         Exception
-            The first process's that failed; in the others of the same kind, where that is built in.
+            The first process's that failed; in the others one in the same words, of the same kind where that is built
+            in.
         """
         done, trouble = None, None
         try:
@@ -102,13 +103,13 @@ class Ranks:
         except Exception as error:
             trouble = error
         told = self.everyones([None if trouble is None else (type(trouble).__name__, str(trouble))])
-        failed = next((one for one in told if one is not None), None)
+        failed = next((rank for rank, one in enumerate(told) if one is not None), None)
         if failed is None:
             return cast("_Found", done)
-        if trouble is not None:
+        if trouble is not None and failed == self.rank:
             raise trouble
-        kind = _KINDS.get(failed[0], RuntimeError)
-        raise kind(failed[1])
+        kind, words = cast("tuple[str, str]", told[failed])
+        raise _KINDS.get(kind, RuntimeError)(words) from trouble
 
     @contextmanager
     def ended_together(self) -> Iterator[None]:

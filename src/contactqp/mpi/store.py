@@ -72,6 +72,23 @@ def facts_of_store(path: Path) -> dict[str, Any]:
         return {}
 
 
+def opened(path: Path) -> Any:
+    """Return a store to read from.
+
+    Raises
+    ------
+    ImportError
+        If zarr is not installed.
+    OSError
+        If there is none, or it cannot be read.
+    """
+    zarr = needed("zarr", "reading .zarr", INSTALL)
+    try:
+        return zarr.open_group(path, mode="r")
+    except Exception as error:  # whatever it says of what is no store
+        raise OSError(f"{path} is no Zarr store, or a damaged one: {error}") from None
+
+
 def _create(
     folder: Path, membrane: MembraneByRows, fields: Mapping[str, Field], facts: Mapping[str, Any], chunk: int
 ) -> None:

@@ -765,7 +765,7 @@ class Solution:
     def _pointwise_bounds(self) -> Continuum:
         model = self._physical("continuum")
         self._require_finite()
-        resolve = Resolved(model, self.gap, Solution.by) if isinstance(model, Membrane) else None
+        resolve = Resolved(model, self.gap) if isinstance(model, Membrane) else None
         return continuum_of(model, self.gap, "pointwise", resolve)
 
     @overload

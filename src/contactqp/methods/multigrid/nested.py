@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
@@ -109,6 +110,7 @@ class Nest:
         solver, layout = self.solver, self.solver.lattice.layout
         solver.restart(layout.grid(q, out=solver.q), limits, solver.team)
         layout.grid(gap, out=solver.omega)
+        solver.lattice.part.share(solver.omega)
         self._coarser, self.complete = None, False
 
     def change(self, q: Grid, height: Grid, limits: Limits = NO_LIMITS, *, factor: float = 1.0) -> None:
@@ -168,6 +170,79 @@ class Nest:
         coarse_q = coarse.layout.zeros()
         coarse_q[1:-1, 1:-1] = np.where(coarse.layout.mask, load - coarse.resistance(coarse_height), 0.0)
         return coarse_q, coarse_height, (floor, ceiling)
+
+
+class Scaled(Protocol):
+    """A dimensionless problem on a lattice; see `contactqp.problem.contact_problem.ContactProblem`."""
+
+    @property
+    def q(self) -> Vector: ...  # noqa: D102
+    def force_grid(self) -> Grid: ...  # noqa: D102
+    def reference_grid(self) -> Grid: ...  # noqa: D102
+    def bound_grids(self) -> Limits: ...  # noqa: D102
+    def project(self, gap: Vector) -> Vector: ...  # noqa: D102
+
+
+class Succession:
+    """Problems on one lattice, one after the other, and the iteration that goes on from one to the next.
+
+    Parameters
+    ----------
+    lattice : Arms
+    keeps : bool
+        Whether there may be a next problem: then the hierarchy is kept, and after a start from the coarser lattices
+        those as well.
+    """
+
+    def __init__(self, lattice: Arms, *, keeps: bool) -> None:
+        self._lattice, self._keeps = lattice, keeps
+        self._nest: Nest | None = None
+        self._unit = 1.0
+
+    def begun(
+        self,
+        problem: Scaled,
+        team: Team,
+        start: Vector | None,
+        *,
+        unit: float,
+        predicted: bool = False,
+        resumes: bool = False,
+        report: Callable[[int], None] = lambda nodes: None,
+    ) -> ContactMultigrid:
+        """Return the iteration for a problem, at its start.
+
+        After its own last answer it goes on from a prediction, or from what the coarser lattices' solutions change by;
+        from another gap that it is given. Else it starts from the coarser lattices.
+
+        Parameters
+        ----------
+        problem : Scaled
+        team : Team
+        start : array, shape (n,), or None
+            A gap to start from.
+        unit : float
+            The unit of length.
+        predicted, resumes : bool
+            See `contactqp.backends.base.Task`.
+        report : callable
+            See `nested_start`.
+        """
+        # What is interrupted is not gone on with.
+        kept, self._nest = self._nest, None
+        nest = Nest(self._lattice, team) if kept is None else kept
+        nest.work_with(team)
+        limits, resumes = problem.bound_grids(), resumes and kept is not None
+        if start is None or (resumes and not predicted and not nest.complete):
+            nest.begin(problem.force_grid(), problem.reference_grid(), report, limits, keep=self._keeps)
+        elif resumes and not predicted:
+            factor = self._unit / unit
+            nest.change(problem.force_grid(), problem.reference_grid(), limits, factor=factor)
+        else:
+            nest.start(problem.project(start), problem.q, limits)
+        goes_on = self._keeps and (start is None or predicted or resumes)
+        self._nest, self._unit = nest if goes_on else None, unit
+        return nest.solver
 
 
 def nearly_solved(lattice: Arms, q: Grid, team: Team, give_up: Callable[[], bool], limits: Limits = NO_LIMITS) -> Grid:
