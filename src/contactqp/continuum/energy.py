@@ -249,7 +249,7 @@ def _most(data: Data, surface: CellField, points: Grid, name: str) -> Grid | Non
     """Return how deep nodes may be so that their interpolant stays above a surface, None if that cannot be told."""
     plan = data.plan
     # A roof that begins at the frame may have been rounded to the other side of it.
-    frame, rounding = points[plan.frame], _corner_to_points(plan, surface.rounding)
+    frame, rounding = points[plan.frame], most_in_squares(plan, surface.rounding)
     beyond = frame > surface.values[plan.frame] + rounding[plan.frame]
     if beyond.any():
         worst = int(np.argmax(beyond))
