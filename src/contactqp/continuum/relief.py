@@ -17,9 +17,12 @@ with Λ' = ∫λ⁺(f - v - ψ) + ∫λ⁻(v - c + ψ), which is zero within the
 most by which the support lies below If in a square at the node that needs it, and zero on the frame. For then f - v - ψ
 = I(f - w) + (1 - χ)(f - If) ≥ 0.
 
-**In the squares.** In a square ∂_x(f - If) has the part of f - I_x f, whose mean along each line is
-zero: with f_xx = m ± r its norm over the square is at most h²(|m|/\sqrt{12} + r/π); and the part of I_x(f - I_y f), at
-most h²/4 (max f_xy - min f_xy). ∂_x χ is at most the difference of the largest and the least value of χ, over h.
+**In the squares.** ∂_x(f - If) consists of two parts. The one of f - I_x f has the mean zero along each line; with f_xx
+= m ± r its norm over the square is at most h²(|m|/\sqrt{12} + r/π), and, for g = f - I_x f vanishes at both ends and so
+∫g_x² = -∫g g_xx ≤ M ∫|g| ≤ M² h³/12 on each line with M = |m| + r, at most h² M/\sqrt{12}. The one of I_x(f - I_y f)
+does not vary with x, so that it is orthogonal to the first; it is a mean over x of f_x - I_y f_x, which vanishes at
+both ends, and with f_xy known up to ± s its norm is at most h² s/π. ∂_x χ is at most the difference of the largest and
+the least value of χ, over h.
 """
 
 from __future__ import annotations
@@ -133,7 +136,11 @@ def _relief(data: Data, surface: CellField, sign: float, points: Grid) -> _Relie
     for axis, own in ((1, bends.xx), (0, bends.yy)):
         middle, radius = (own.lower + own.upper) / 2, (own.upper - own.lower) / 2 * GROW
         with np.errstate(invalid="ignore"):
-            steep = np.abs(middle) * _TWELFTH_ROOT + radius / LESS_THAN_PI + (bends.xy.upper - bends.xy.lower) / 4
+            along = np.minimum(
+                np.abs(middle) * _TWELFTH_ROOT + radius / LESS_THAN_PI, (np.abs(middle) + radius) * _TWELFTH_ROOT
+            )
+            across = (bends.xy.upper - bends.xy.lower) / (2 * LESS_THAN_PI)
+            steep = np.sqrt(along**2 + across**2)
             part = np.where(some, area * most * steep + turns * surface.apart + 2 * surface.rounding, 0.0)
         tension = np.maximum.reduce(
             [np.broadcast_to(t.middle + t.spread, some.shape) for t in (data.tensions(axis, k) for k in range(4))]
