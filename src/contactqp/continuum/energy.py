@@ -156,8 +156,10 @@ def energy_bounds(data: Data, depths: Grid) -> EnergyBounds:
         error, known = norm, stretch.norm
         if admissible is not own:
             known = stretch_of(data, own).norm
-            error = min(rounded_up(norm + stretch_of(data, own - admissible).norm), curved_bound(data, own, rims))
-    bounds = lower, energy.upper, rounded_up(error + rim) if rim else error, contact
+            error = rounded_up(norm + stretch_of(data, own - admissible).norm)
+        if rim or admissible is not own:
+            error = min(rounded_up(error + rim), curved_bound(data, own, rims))
+    bounds = lower, energy.upper, error, contact
     lower, upper, error, contact = (or_infinite(bound, away) for bound, away in zip(bounds, (-1, 1, 1, 1), strict=True))
     return EnergyBounds(Bracket(lower, upper), error, contact, known)
 

@@ -1,4 +1,4 @@
-r"""Reliefs: bounds of the norm that take curved supports as they are between the nodes.
+r"""Reliefs: bounds of the norm that take curved supports and frames as they are between the nodes.
 
 To lower v = Iw until it does not cross a curved support is more than need be, for the true reaction works on the same
 gap. Let w ≤ f at the nodes, and let ψ vanish on the frame with c - v ≤ ψ ≤ f - v: near nodes that the support holds, ψ
@@ -16,6 +16,14 @@ with Λ' = ∫λ⁺(f - v - ψ) + ∫λ⁻(v - c + ψ), which is zero within the
 ψ = χ(f - If), and χ is the least bilinear function that does: at a node 1 - gap/b, if that is positive, b being the
 most by which the support lies below If in a square at the node that needs it, and zero on the frame. For then f - v - ψ
 = I(f - w) + (1 - χ)(f - If) ≥ 0.
+
+**Frames.** Where v = Iw + E at the frame, ‖Iw - w*‖² = ‖v - w*‖² + ‖E‖² - 2a(E, v - w*), with the product a of the
+norm, and -a(E, v - w*) ≤ ∫|∇E||T∇v - y| + φ‖E‖_T + ‖E‖_k‖v - w*‖_k. To the inequality above, in which 2κ‖v - w*‖ is
+bounded by (4), this adds what makes
+
+.. math:: ‖Iw - w*‖² ≤ η² + 2Λ' + 2κ(‖v - w*‖ + ‖ψ‖) + (‖ψ‖ + ‖E‖)² + ‖E‖² + 2 \int |∇E||T∇v - y|,
+
+where the last integral is over the squares at the frame alone, and (‖ψ‖ + ‖E‖)² is summed up square by square.
 
 **In the squares.** ∂_x(f - If) consists of two parts. The one of f - I_x f has the mean zero along each line; with f_xx
 = m ± r its norm over the square is at most h²(|m|/\sqrt{12} + r/π), and, for g = f - I_x f vanishes at both ends and so
@@ -47,6 +55,7 @@ from .majorant import (
     norm_over,
     stays_above,
     stretch_of,
+    sum_of_parts,
 )
 from .rounded import FEW, GROW, LESS_THAN_PI, or_infinite, rounded_up
 
@@ -55,7 +64,7 @@ _TWELFTH_ROOT = 0.28867513459481292
 
 
 def curved_bound(data: Data, own: Grid, rims: Grid) -> float:
-    """Return a bound of the norm of Iw - w* that takes curved supports as they are, infinite where there is none.
+    """Return a bound of the norm of Iw - w* that takes curved supports and frames as they are; infinite without one.
 
     Parameters
     ----------
@@ -81,10 +90,15 @@ def curved_bound(data: Data, own: Grid, rims: Grid) -> float:
         return math.inf
     flux, force = balanced_flux(data, own, trial)
     cost, slack = costs_of(data, own, trial, lifted, flux, force)
-    bump = norm_over(np.sqrt(np.add.reduce([relief.square for relief in reliefs])))
-    misfit = norm_over(misfit_in_squares(data, trial, flux) + rims)
+    bumps, misfits = np.sqrt(np.add.reduce([relief.square for relief in reliefs])), misfit_in_squares(data, trial, flux)
+    bump, misfit = norm_over(bumps), norm_over(misfits + rims)
     squares = misfit * misfit + bump * bump + 2 * max(0.0, cost) + 2 * slack * bump + slack * slack
     found = rounded_up(slack + math.sqrt(rounded_up(squares)))
+    if rims.any():
+        rim, both = norm_over(rims), norm_over(bumps + rims)
+        squares = misfit * misfit + both * both + rim * rim + 2 * sum_of_parts(rims * (misfits + rims))
+        squares += 2 * max(0.0, cost) + 2 * slack * (bump + found)
+        found = min(rounded_up(found + rim), rounded_up(math.sqrt(rounded_up(squares))))
     clipped = 0.0 if trial is own or (trial == own).all() else stretch_of(data, own - trial).norm
     return or_infinite(rounded_up(found + clipped), 1)
 
