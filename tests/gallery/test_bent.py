@@ -11,6 +11,7 @@ import contactqp as cq
 from contactqp.foundation.intervals import Interval
 from contactqp.foundation.waves import cosine, logarithm, sine
 from contactqp.gallery.bent import CappedBall, DamHead, DentedBowl, HalfPower, Logarithmic, Mirrored, Quartic
+from contactqp.gallery.spiral_ridge import SpiralRidge
 from contactqp.profiles import Paraboloid, Uppermost
 
 SURFACES = [
@@ -22,6 +23,7 @@ SURFACES = [
     HalfPower(-1.0, 4),
     DentedBowl(),
     DamHead(16.0, 24.0, 4.0),
+    SpiralRidge(),
     Mirrored(Uppermost(Paraboloid(-0.4, 0.5), Paraboloid(-0.1, -1.0))),
 ]
 places, sides = st.floats(-1.6, 1.6), st.floats(0, 0.6)
@@ -105,7 +107,18 @@ def test_waves_of_intervals(start, width, s):
 
 
 ON_A_LINE = ["cable-in-bowl", "cable-of-varying-tension", "cable-on-hill"]
-IN_PLAN = ["ball", "biactive-half", "bowl", "constant-obstacle", "dam", "ring", "TORSIONA", "TORSIONC", "TORSIONF"]
+IN_PLAN = [
+    "ball",
+    "biactive-half",
+    "bowl",
+    "constant-obstacle",
+    "dam",
+    "ring",
+    "spiral",
+    "TORSIONA",
+    "TORSIONC",
+    "TORSIONF",
+]
 
 
 @pytest.mark.parametrize("name", ON_A_LINE + IN_PLAN)

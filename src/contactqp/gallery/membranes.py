@@ -12,6 +12,7 @@ from ..profiles.analytic import HillAndFloor, Paraboloid
 from .bent import DentedBowl, HalfPower
 from .catalogue import entry
 from .known import Known
+from .spiral_ridge import SpiralRidge
 
 PAPER_LOADS = tuple(k / 100 for k in range(1, 11))
 """The ten dimensionless loads P' = pΔ/T of the paper's Table 1."""
@@ -98,7 +99,7 @@ def spiral(nodes: int) -> Membrane:
     """
     nodes = integer_at_least(nodes, 1, "nodes")
     lattice = Frame.rectangle(2.0, 2.0).lattice(spacing=2 / (nodes + 1))
-    return Membrane(lattice, tension=1.0, load=0.0, support=_spiral_support)
+    return Membrane(lattice, tension=1.0, load=0.0, support=SpiralRidge())
 
 
 @entry("spiral", n=31)
@@ -176,15 +177,6 @@ def _incidence_entry(name: str, nodes: int) -> Known:
         "sect. 9.4; MacMPEC, incid-set1"
     )
     return Known(name, model, source, lattice.spacing)
-
-
-def _spiral_support(x: Vector, y: Vector) -> Vector:
-    r, angle = np.hypot(x, y), np.arctan2(y, x)
-    summit = r == 0
-    r[summit] = 1.0
-    height = np.sin(2 * np.pi / r + np.pi / 2 - angle) + r * (r + 1) / (r - 2) - 3 * r + 3.6
-    height[summit] = 3.6
-    return np.asarray(-height)
 
 
 def l_shape_with_hole(spacing: float = 0.1) -> Membrane:
