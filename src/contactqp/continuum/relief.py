@@ -18,19 +18,19 @@ most by which the support lies below If in a square at the node that needs it, a
 = I(f - w) + (1 - χ)(f - If) ≥ 0.
 
 **Frames.** Where v = Iw + E at the frame, ‖Iw - w*‖² = ‖v - w*‖² + ‖E‖² - 2a(E, v - w*), with the product a of the
-norm, and -a(E, v - w*) ≤ ∫|∇E||T∇v - y| + φ‖E‖_T + ‖E‖_k‖v - w*‖_k. To the inequality above, in which 2κ‖v - w*‖ is
-bounded by (4), this adds what makes
+norm, and -a(E, v - w*) is no more than X + φ‖E‖_T + ‖E‖_k‖v - w*‖_k, X the sum over the squares at the frame of the
+norm of E times that of T∇v - y. To the inequality above, in which 2κ‖v - w*‖ is bounded by (4), this adds what makes
 
-.. math:: ‖Iw - w*‖² ≤ η² + 2Λ' + 2κ(‖v - w*‖ + ‖ψ‖) + (‖ψ‖ + ‖E‖)² + ‖E‖² + 2 \int |∇E||T∇v - y|,
+.. math:: ‖Iw - w*‖² ≤ η² + 2Λ' + 2κ(‖v - w*‖ + ‖ψ‖) + (‖ψ‖ + ‖E‖)² + ‖E‖² + 2X,
 
-where the last integral is over the squares at the frame alone, and (‖ψ‖ + ‖E‖)² is summed up square by square.
+where (‖ψ‖ + ‖E‖)² is summed up square by square.
 
 **In the squares.** ∂_x(f - If) consists of two parts. The one of f - I_x f has the mean zero along each line; with f_xx
-= m ± r its norm over the square is at most h²(|m|/\sqrt{12} + r/π), and, for g = f - I_x f vanishes at both ends and so
-∫g_x² = -∫g g_xx ≤ M ∫|g| ≤ M² h³/12 on each line with M = |m| + r, at most h² M/\sqrt{12}. The one of I_x(f - I_y f)
-does not vary with x, so that it is orthogonal to the first; it is a mean over x of f_x - I_y f_x, which vanishes at
-both ends, and with f_xy known up to ± s its norm is at most h² s/π. ∂_x χ is at most the difference of the largest and
-the least value of χ, over h.
+= m ± r its norm over the square is at most h²(|m|/√12 + r/π), and, for g = f - I_x f vanishes at both ends and so
+∫g_x² = -∫g g_xx ≤ M² h³/12 on each line with M = |m| + r, at most h² M/√12. The one of I_x(f - I_y f) does not vary
+with x, so that it is orthogonal to the first; it is a mean over x of f_x - I_y f_x, which vanishes at both ends, and
+with f_xy known up to ± s its norm is at most h² s/π. ∂_x χ is at most the difference of the largest and the least value
+of χ, over h.
 """
 
 from __future__ import annotations
