@@ -15,7 +15,8 @@ from ..models.membrane import Membrane
 from .data import Data
 from .energy import EnergyBounds, energy_bounds
 from .frame_room import require_room
-from .line import Line, cable_energy, cable_heights
+from .line import Line, cable_heights
+from .line_energy import cable_energy
 from .membrane import membrane_bounds
 from .result import EXACT, SAMPLED, Continuum, NodalBounds
 

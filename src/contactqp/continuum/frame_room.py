@@ -167,7 +167,8 @@ def require_room(data: Data) -> None:
         given = data.model.given.get(name), data.model.given.get("frame_height", 0.0)
         if given[0] is given[1]:
             continue
-        sizes = [np.abs(each.values[data.plan.frame]) for each in (field, data.frame)]
+        everywhere, frame = data.plan.points, data.plan.frame
+        sizes = [np.abs(field.values[everywhere]), np.abs(data.frame.values[frame])]
         slip = _ROUNDING * max(float(size[np.isfinite(size)].max(initial=0.0)) for size in sizes)
         slip += 2 * sum(_rounding_at_frame(data, each) for each in (field, data.frame))
         for axis, edges in enumerate(_edges(data)):

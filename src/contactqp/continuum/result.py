@@ -84,9 +84,9 @@ class Continuum:
     >>> print(found)
     Continuum(energy): proven of the continuum itself
       data               exact
-      potential energy   -0.01358923 to -0.01355716 (force times length)
-      energy-norm error  <= 0.0081, 7 % of the norm
-      contact error      <= 3.3e-05 (force times length)
+      potential energy   -0.01358407 to -0.01355716 (force times length)
+      energy-norm error  <= 0.0074, 6.4 % of the norm
+      contact error      <= 2.7e-05 (force times length)
     """
 
     model: ContactModel
