@@ -152,14 +152,15 @@ def test_cables_over_curved_ground_are_where_their_finer_lattices_are(seed):
     data = {"support": ground, "foundation": [None, 2.0][rng.integers(2)], "frame_height": ends}
     if rng.integers(2):
         data["ceiling"] = ends - 0.02
-    solutions = [cq.solve(cable_of(cells, **data), tol=1e-10) for cells in (12, 48)]
+    cables = [cable_of(cells, **data) for cells in (12, 48)]
+    solutions = [cq.solve(cable, tol=1e-10) for cable in cables]
     coarse, fine = (solution.continuum() for solution in solutions)
     assert coarse.energy.lower <= fine.energy.upper
     assert fine.energy.lower <= coarse.energy.upper
-    lines = [Line(solution.model) for solution in solutions]
+    lines = [Line(cable) for cable in cables]
     heights = [
-        np.concatenate([line.ends[:1], line.model.padded_below(solution.gap)[1, 1:-1], line.ends[1:]])
-        for line, solution in zip(lines, solutions, strict=True)
+        np.concatenate([line.ends[:1], cable.padded_below(solution.gap)[1, 1:-1], line.ends[1:]])
+        for line, cable, solution in zip(lines, cables, solutions, strict=True)
     ]
     apart = _norm(lines[1], np.interp(lines[1].x, lines[0].x, heights[0]) - heights[1])
     assert apart <= coarse.energy_error + fine.energy_error

@@ -1,4 +1,4 @@
-"""A sample of the thousand random rectangles of ``benchmarks/continuum.py``: no two enclosures contradict each other."""
+"""A sample of the random rectangles of ``benchmarks/continuum.py``: no two enclosures contradict each other."""
 
 import pytest
 from random_rectangles import contradictions, enclosed, random_rectangle, refined
