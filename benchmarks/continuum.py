@@ -114,24 +114,32 @@ class Pair(NamedTuple):
     fine: Enclosed
 
 
-def pair(membrane: cq.Membrane) -> Pair:
-    """Enclose a membrane on its lattice, and on the finer one."""
-    return Pair(enclosed(membrane), enclosed(refined(membrane)))
+def pair(membrane: cq.Membrane) -> Pair | None:
+    """Enclose a membrane on its lattice, and on the finer one; None where it is refused."""
+    try:
+        return Pair(enclosed(membrane), enclosed(refined(membrane)))
+    except ValueError as refusal:
+        if "not known to leave room for the frame" in str(refusal):
+            return None  # little is known of a random support between two points of the frame
+        raise
 
 
 def held_against(membrane: cq.Membrane, found: object) -> dict[str, float | str]:
     """Return what contradicts, and bounds over true errors where these are known."""
+    if found is None:
+        return {"said": "refused", "refused": 1}
     assert isinstance(found, Pair)
     coarse, fine = found
     wrong = contradictions(coarse, fine)
     told: dict[str, float | str] = {"said": ", ".join(wrong) or "no contradiction", "contradictions": len(wrong)}
+    told["refused"] = 0
     away = energy_distance(coarse, fine)
-    if fine.found.energy_error <= KNOWN_WELL * away:
+    if 0 < away and fine.found.energy_error <= KNOWN_WELL * away:
         told["energy norm/true"] = coarse.found.energy_error / away
     if coarse.pointwise:
         there = at_nodes_of(coarse.model, fine.model, fine.solution.deflection)
         error = float(np.abs(coarse.solution.deflection - there).max())
-        if fine.found.error_bound <= KNOWN_WELL * error:
+        if 0 < error and fine.found.error_bound <= KNOWN_WELL * error:
             told["at nodes/true"] = coarse.found.error_bound / error
     return told
 
@@ -158,6 +166,6 @@ SPECS = (
         point="seed",
         size=lambda membrane: membrane.size,
         tell=held_against,
-        largest_facts=("contradictions", "energy norm/true", "at nodes/true"),
+        largest_facts=("contradictions", "refused", "energy norm/true", "at nodes/true"),
     ),
 )
