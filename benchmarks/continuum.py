@@ -1,24 +1,43 @@
 """What an answer on a lattice proves of the membrane at every point, against the spacing, and what that costs.
 
-    contactqp bench run benchmarks/continuum.py                 # up to 512² squares
-    contactqp bench run benchmarks/continuum.py --largest 128
+    contactqp bench run benchmarks/continuum.py continuum       # up to 512² squares
+    contactqp bench run benchmarks/continuum.py continuum --largest 128
+    contactqp bench run benchmarks/continuum.py rectangles --points 0,1,2,3
 
-A flat floor below a unit square, T = p = 1, depth 0.03. The true error of the lattice's answer is taken against a
-lattice of 1024² squares. Ratios are over a cold solve by multigrid to 1e-6 on the same lattice.
+``continuum``: a flat floor below a unit square, T = p = 1, depth 0.03. The true error of the lattice's answer is taken
+against a lattice of 1024² squares. Ratios are over a cold solve by multigrid to 1e-6 on the same lattice.
+
+``rectangles``: a thousand random rectangles, each enclosed on a lattice of 4 to 16 squares along a side and on one that
+is 8 times as fine, with random loads, supports, frames, tensions, ceilings and foundations. Either enclosure is of the
+membrane itself: no lower bound of one may lie above an upper bound of the other. Contradictions are counted, and bounds
+told over the distance of both answers, which is the error of the coarse one but for that of the fine one.
 """
 
 from __future__ import annotations
 
+import sys
 from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 import contactqp as cq
-from contactqp.benchmark import Spec
+from contactqp.benchmark import Phase, Spec
 from contactqp.continuum.data import Data
 from contactqp.continuum.membrane import MembraneBounds, membrane_bounds
 from contactqp.solving.resolved import Resolved
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from random_rectangles import (
+    Enclosed,
+    at_nodes_of,
+    contradictions,
+    enclosed,
+    energy_distance,
+    random_rectangle,
+    refined,
+)
 
 FINEST = 1024
 """Squares along a side of the lattice that counts as true."""
@@ -82,6 +101,49 @@ def facts(case: Answered, found: object) -> dict[str, float | str]:
     }
 
 
+RECTANGLES = 1000
+
+KNOWN_WELL = 0.2
+"""The finer lattice tells an error where its own bound is no more than this part of it."""
+
+
+class Pair(NamedTuple):
+    """A membrane, enclosed on two lattices."""
+
+    coarse: Enclosed
+    fine: Enclosed
+
+
+def pair(membrane: cq.Membrane) -> Pair | None:
+    """Enclose a membrane on its lattice, and on the finer one; None where it is refused."""
+    try:
+        return Pair(enclosed(membrane), enclosed(refined(membrane)))
+    except ValueError as refusal:
+        if "not known to leave room for the frame" in str(refusal):
+            return None  # little is known of a random support between two points of the frame
+        raise
+
+
+def held_against(membrane: cq.Membrane, found: object) -> dict[str, float | str]:
+    """Return what contradicts, and bounds over true errors where these are known."""
+    if found is None:
+        return {"said": "refused", "refused": 1}
+    assert isinstance(found, Pair)
+    coarse, fine = found
+    wrong = contradictions(coarse, fine)
+    told: dict[str, float | str] = {"said": ", ".join(wrong) or "no contradiction", "contradictions": len(wrong)}
+    told["refused"] = 0
+    away = energy_distance(coarse, fine)
+    if 0 < away and fine.found.energy_error <= KNOWN_WELL * away:
+        told["energy norm/true"] = coarse.found.energy_error / away
+    if coarse.pointwise:
+        there = at_nodes_of(coarse.model, fine.model, fine.solution.deflection)
+        error = float(np.abs(coarse.solution.deflection - there).max())
+        if 0 < error and fine.found.error_bound <= KNOWN_WELL * error:
+            told["at nodes/true"] = coarse.found.error_bound / error
+    return told
+
+
 SPECS = (
     Spec(
         "continuum",
@@ -94,5 +156,16 @@ SPECS = (
         },
         point="squares along a side",
         tell=facts,
+    ),
+    Spec(
+        "rectangles",
+        "random rectangles enclosed on two lattices, held against each other",
+        random_rectangle,
+        tuple(range(RECTANGLES)),
+        {"both": Phase(pair, once=True)},
+        point="seed",
+        size=lambda membrane: membrane.size,
+        tell=held_against,
+        largest_facts=("contradictions", "refused", "energy norm/true", "at nodes/true"),
     ),
 )

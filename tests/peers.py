@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from contactqp.geometry.on_contour import FrameFit
 from contactqp.mpi.answer import AnswerByRows
 from contactqp.mpi.barriers import PartOfParabola
 from contactqp.mpi.posed import PosedByRows
@@ -20,7 +21,7 @@ class _Party:
 
 
 class Peer:
-    """One of them: what `contactqp.methods.multigrid.strips.Peers` asks for, and errors that are those of all."""
+    """One of them: what `contactqp.mpi.ranks.Ranks` is among processes."""
 
     agreed, messages, sent = Ranks.agreed, 0, 0
 
@@ -72,10 +73,14 @@ def alone():
 
 def in_the_place_of_ranks(monkeypatch):
     """Let `contactqp.mpi` take a peer for the communicator that it is given."""
-    for module in ("solve", "solver"):  # as modules: functions have taken their names
+    for module in ("cases", "solve", "solver"):  # as modules: functions have taken their names
         monkeypatch.setattr(sys.modules[f"contactqp.mpi.{module}"], "Ranks", lambda peer: peer)
-    for kind in (AnswerByRows, PosedByRows, PartOfParabola):
+    without_locks(monkeypatch, AnswerByRows, PosedByRows, PartOfParabola, FrameFit)
+
+
+def without_locks(monkeypatch, *kinds):
+    """Let threads that wait for each other ask for properties: before Python 3.12 there is one lock for all objects."""
+    for kind in kinds:
         for each in vars(kind).values():
             if isinstance(each, cached_property):
-                # Before Python 3.12 there is one lock for all objects, whose threads would wait for each other.
                 monkeypatch.setattr(each, "lock", nullcontext(), raising=False)

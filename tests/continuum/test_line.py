@@ -2,6 +2,7 @@
 
 import warnings
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -142,7 +143,7 @@ def test_the_norm_of_cables_is_bounded_within_three_tenths(name, bends):
 def test_cables_over_curved_ground_are_where_their_finer_lattices_are(seed):
     rng = np.random.default_rng(seed)
     deep, middle = rng.uniform(0.005, 0.1), float(rng.uniform(0.2, 0.8))
-    ground = [
+    ground: Any = [
         cq.profiles.Paraboloid(deep, float(rng.choice([-1, 1]) * rng.uniform(1.2, 5)), (middle, 0.0)),
         cq.Smooth(lambda x, y: deep * (2 + np.sin(9 * x)), second_derivative=81 * deep),
         cq.profiles.Hemisphere(deep, 0.4, (middle, 0.0)),
@@ -151,14 +152,15 @@ def test_cables_over_curved_ground_are_where_their_finer_lattices_are(seed):
     data = {"support": ground, "foundation": [None, 2.0][rng.integers(2)], "frame_height": ends}
     if rng.integers(2):
         data["ceiling"] = ends - 0.02
-    solutions = [cq.solve(cable_of(cells, **data), tol=1e-10) for cells in (12, 48)]
+    cables = [cable_of(cells, **data) for cells in (12, 48)]
+    solutions = [cq.solve(cable, tol=1e-10) for cable in cables]
     coarse, fine = (solution.continuum() for solution in solutions)
     assert coarse.energy.lower <= fine.energy.upper
     assert fine.energy.lower <= coarse.energy.upper
-    lines = [Line(solution.model) for solution in solutions]
+    lines = [Line(cable) for cable in cables]
     heights = [
-        np.concatenate([line.ends[:1], solution.model.padded_below(solution.gap)[1, 1:-1], line.ends[1:]])
-        for line, solution in zip(lines, solutions, strict=True)
+        np.concatenate([line.ends[:1], cable.padded_below(solution.gap)[1, 1:-1], line.ends[1:]])
+        for line, cable, solution in zip(lines, cables, solutions, strict=True)
     ]
     apart = _norm(lines[1], np.interp(lines[1].x, lines[0].x, heights[0]) - heights[1])
     assert apart <= coarse.energy_error + fine.energy_error

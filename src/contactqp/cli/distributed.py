@@ -80,7 +80,7 @@ def _solved(
     from ..mpi.cases import membrane_of_case
     from ..mpi.solve import solve
 
-    membrane = ranks.agreed(lambda: membrane_of_case(case))
+    membrane = membrane_of_case(case, ranks.comm)
     answer = solve(membrane, ranks.comm, tol=tol, time_limit=time_limit, warm_start=warm_start)
     told = answer.summary()
     if ranks.rank == 0:

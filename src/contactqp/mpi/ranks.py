@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import CaseFileError
 from ..foundation.interrupts import INTERRUPTED
 from ..foundation.loading import needed
 
@@ -32,7 +33,10 @@ _LITTLE = 128
 _SPINNING, _LONGEST_NAP = 2e-4, 5e-3
 """Seconds for which messages are waited for by asking again and again, and at most between two questions afterwards."""
 
-_KINDS = {kind.__name__: kind for kind in (ValueError, TypeError, OSError, ImportError, MemoryError, ArithmeticError)}
+_KINDS = {
+    kind.__name__: kind
+    for kind in (CaseFileError, ValueError, TypeError, OSError, ImportError, MemoryError, ArithmeticError)
+}
 
 _Found = TypeVar("_Found")
 
@@ -95,7 +99,7 @@ class Ranks:
         ------
         Exception
             The first process's that failed; in the others one in the same words, of the same kind where that is built
-            in.
+            in or tells of a case file.
         """
         done, trouble = None, None
         try:
