@@ -118,4 +118,8 @@ def test_what_has_no_relatives_is_refused():
     with pytest.raises(TypeError, match="a Membrane can be made again"):
         cq.solve(cq.gallery.load("cable-on-floor").model).discretisation_estimate("pointwise")
     with pytest.raises(ValueError, match="slanted sides"):
-        cq.solve(cq.gallery.paper_hexagon()).discretisation_estimate("pointwise")
+        cq.solve(cq.gallery.paper_hexagon()).discretisation_estimate("energy")
+    with pytest.raises(ValueError, match="lies beside"):
+        cq.solve(cq.Membrane(cq.Frame.disk(1.0).lattice(0.25), 1.0, load=1.0, support=0.1)).discretisation_estimate(
+            "pointwise"
+        )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import contactqp as cq
-from contactqp.continuum.relatives import place_in
+from contactqp.continuum.relatives import coarser, finer, place_in
 from contactqp.profiles import HillAndFloor, Paraboloid, Plane
 
 HEXAGON = [(32, 0), (8, 24), (-8, 24), (-32, 0), (-8, -24), (8, -24)]
@@ -178,7 +178,7 @@ def test_solve_to_halves_the_spacing_of_a_hexagon():
             "encloses convex ones, and this has corners that point inwards",
         ),
         (lambda: membrane([(0, 0), (8, 0), (8, 4), (0, 8)], 1.0), "and only a frame that runs along lines"),
-        (lambda: membrane([(0, 0), (8, 0), (0, 8)], 1.0), "has slanted sides that cut squares"),
+        (lambda: membrane([(0, 0), (8, 0), (0, 8)], 1.0), "cut squares, .* with corners of 90° and more"),
         (
             lambda: membrane(
                 HEXAGON, 4.0, cq.Smooth(lambda x, y: 1e-9 + 0 * x, second_derivative=1.0), frame_height=Plane(0.0)
@@ -207,6 +207,34 @@ def test_files_keep_which_squares_are_halved(tmp_path):
     np.testing.assert_array_equal(again.continuum("pointwise").lower, solution.continuum("pointwise").lower)
 
 
-def test_finer_models_of_slanted_frames_are_refused():
-    with pytest.raises(ValueError, match="errors are estimated only of a frame that runs along lines"):
-        cq.solve(membrane(HEXAGON, 8.0)).discretisation_estimate("pointwise")
+@pytest.mark.parametrize("corners", [HEXAGON, DIAMOND, PENTAGON], ids=["hexagon", "diamond", "pentagon"])
+def test_relatives_have_the_same_frame(corners):
+    models = [membrane(corners, spacing, HillAndFloor()) for spacing in (4.0, 2.0)]
+    for made, wanted in ((finer(models[0]), models[1]), (coarser(models[1]), models[0])):
+        assert made.lattice.halved.sum() == wanted.lattice.halved.sum()
+        np.testing.assert_allclose(made.lattice.node_x, wanted.lattice.node_x, atol=1e-12)
+        np.testing.assert_allclose(made.lattice.node_y, wanted.lattice.node_y, atol=1e-12)
+        np.testing.assert_array_equal(enclosed(made).upper, enclosed(wanted).upper)
+    assert coarser(membrane([(0, 0), (3, 0), (3, 2), (2, 3), (0, 3)], 1.0)) is None
+
+
+def test_frames_of_any_height_go_on_along_slanted_sides():
+    lattice = membrane(HEXAGON, 4.0).lattice
+    given = 0.01 * lattice.x + 0.02 * lattice.y[:, None]
+    x, y = lattice.frame_places
+    inside = (x >= lattice.x[0]) & (x <= lattice.x[-1]) & (y >= lattice.y[0]) & (y <= lattice.y[-1])
+    assert inside.all()
+    model = finer(membrane(HEXAGON, 4.0, 3.0, frame_height=given))
+    x, y, heights = model.frame_places
+    np.testing.assert_allclose(heights, 0.01 * x + 0.02 * y, atol=1e-12)
+
+
+def test_errors_in_slanted_frames_are_estimated():
+    model = membrane(DIAMOND, 2.0)
+    solution = cq.solve(model, tol=1e-9)
+    estimate = solution.discretisation_estimate("pointwise")
+    finest = membrane(DIAMOND, 0.25)
+    truth = finer_values(finest.lattice, model.lattice, cq.solve(finest, tol=1e-9).deflection)
+    assert 0.5 < estimate.error / np.abs(solution.deflection - truth).max() < 2
+    with pytest.raises(ValueError, match="the energy norm of errors is estimated only of a frame that runs along"):
+        solution.discretisation_estimate()

@@ -167,12 +167,13 @@ def subsolution(problem: ObstacleProblem, coefficients: Grid) -> Barrier:
 def _best_shift(problem: ObstacleProblem, most: Grid, defects: Grid, least_shift: float) -> tuple[float, float]:
     """Return the δ that makes τ(δ) d²/8T + δ least, and τ(δ): the largest defect of the cells where s - ψ exceeds δ.
 
-    Up to a few times what a membrane bends on a cell every δ is tried, and beyond that the one that leaves out all.
+    Up to a few times what a membrane bends on a cell, and kinks stand out, every δ is tried, and beyond that the one
+    that leaves out all.
     """
     inside = problem.cells.inside
     if not (np.isfinite(defects[inside]).all() and np.isfinite(most[inside]).all()):
         return np.inf, np.inf
-    near = inside & (most <= max(_FEW * problem.largest_bend, least_shift))
+    near = inside & (most <= max(_FEW * (problem.largest_bend + problem.largest_kink), least_shift))
     always = float(defects.max(where=inside & ~near, initial=0.0))
     chosen = near & (defects > always)
     order = np.argsort(most[chosen])[::-1]

@@ -249,10 +249,13 @@ def _parts_of_squares(plan: Cells, function: Ranged, corners: list[Grid], where:
     quads = np.stack([inner[:-1, :-1], inner[1:, :-1], inner[:-1, 1:], inner[1:, 1:]])
     least, most = quads.min(axis=0), quads.max(axis=0)
     room = 1e-14 * np.abs(np.stack(corners)).max(axis=0)
-    # Where a part begins and ends is rounded, as are the places of the corners.
+    # Where a part begins and ends is rounded, as are the places of the corners, by as much as the largest of them is.
     ends = [
-        Interval.around(low + (high - low) * cuts[:, None], 32 * np.spacing(np.maximum(np.abs(low), np.abs(high))))
-        for low, high in sides
+        Interval.around(
+            low + (high - low) * cuts[:, None],
+            32 * np.spacing(max(float(np.abs(side.lower).max()), float(np.abs(side.upper).max()))),
+        )
+        for (low, high), side in zip(sides, plan.around_squares, strict=True)
     ]
     x, y = (Interval(end.lower[:-1], end.upper[1:]) for end in ends)
     held = function.range(

@@ -57,7 +57,8 @@ class Data:
     Raises
     ------
     ValueError
-        If the model has no such plan: its lattice is fitted to a contour, or the frame's points lie outside it.
+        If the model has no such plan: its lattice is fitted to a contour, the frame's points lie outside it, or its
+        sides cut squares elsewhere than along diagonals.
     """
 
     model: LatticeModel
@@ -76,8 +77,8 @@ class Data:
             how = "lies beside the lattice's points" if lattice.overshoot else "has slanted sides that cut squares"
             raise ValueError(
                 f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice, or along "
-                "diagonals of its squares, can be enclosed: Lattice.from_mask(lattice.mask, lattice.spacing, "
-                "lattice.origin) has one that goes in steps"
+                "diagonals of its squares with corners of 90° and more, can be enclosed: "
+                "Lattice.from_mask(lattice.mask, lattice.spacing, lattice.origin) has one that goes in steps"
             )
         return cls(model, Plan(lattice))
 

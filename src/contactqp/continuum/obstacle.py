@@ -92,6 +92,11 @@ class ObstacleProblem:
             even = even & ~at_corners(extreme_at_corners(self.kinks != 0.0, np.logical_or))
         return float(np.abs(self.bend(self.wanted)).max(where=even, initial=0.0))
 
+    @property
+    def largest_kink(self) -> float:
+        """How far a support's kinks stand out of the floor at most, about (length)."""
+        return 0.0 if self.kinks is None else float(np.abs(self.kinks).max())
+
     def with_rim(self, gap: Grid) -> Grid:
         """Return a gap at the points with the frame's in the place of what it has on the rim."""
         return np.where(self.cells.nodes, gap, self.heights)

@@ -46,6 +46,12 @@ _SLIGHT = 0.2
 _NEAR = 3.0
 """A lower bound is always mended where the spline is higher than so many times what a membrane bends on a cell."""
 
+_OUT = 5.0
+"""Over a support with kinks it is also tried to mend it only higher than so many times what these stand out.
+
+Loads next to an edge that the membrane leaves push it on along the edge, by a cell in each round.
+"""
+
 _STEEP = 0.3
 """What a spline may miss of the frame's height before it is mended, in units of what a membrane bends on a cell."""
 
@@ -100,7 +106,13 @@ def pointwise_bounds(
     if rounds is None:
         rounds = 6 if problem.cells.rectangular else 14
     upper, raised = _sharpened(problem, gap, resolve, rounds, upper_from)
-    lower, lowered = _sharpened(problem, gap, resolve, rounds, lower_from)
+    spared = _NEAR * problem.largest_bend
+    lower, lowered = _sharpened(problem, gap, resolve, rounds, lower_from, spared)
+    if problem.kinks is not None:
+        above_kinks = spared + _OUT * problem.largest_kink
+        other, more = _sharpened(problem, gap, resolve, rounds, lower_from, above_kinks)
+        lowered += more
+        lower = min(lower, other, key=lambda bound: _distance(bound, gap, largest=True))
     return PointwiseBounds(lower, upper, (lowered, raised))
 
 
@@ -162,6 +174,7 @@ def _sharpened(
     resolve: Resolve,
     rounds: int,
     bound_from: Callable[[ObstacleProblem, Grid, Grid], Barrier],
+    spared: float = 0.0,
 ) -> tuple[Barrier, int]:
     """Return the best bound of some rounds, and how many there were."""
     # At a corner that points inwards much is missed at first, so that the best bound long remains that of nothing.
@@ -170,7 +183,7 @@ def _sharpened(
     latest = best = bound_from(problem, gap, load)
     least, before = _distance(best, gap), None
     for done in range(rounds):
-        missed = largest_at_corners(_to_be_paid(latest))
+        missed = largest_at_corners(_to_be_paid(latest, spared))
         if not np.isfinite(missed).all() or problem.largest_height * missed.max() <= _SPENT * least:
             return best, done
         load = load - latest.side * (_over(latest, missed, before) * missed)
@@ -184,11 +197,11 @@ def _sharpened(
     return best, rounds
 
 
-def _to_be_paid(barrier: Barrier) -> Grid:
-    """Return the defects of cells that the load is to be changed for."""
+def _to_be_paid(barrier: Barrier, spared: float) -> Grid:
+    """Return the defects of cells that the load is to be changed for; of a lower bound those above a height."""
     if barrier.side > 0:
         return barrier.defects
-    near = min(barrier.shift, _NEAR * barrier.problem.largest_bend)
+    near = min(barrier.shift, spared)
     return np.where(barrier.ranges.most + barrier.problem.rest[1] > near, barrier.defects, 0.0)
 
 
@@ -207,10 +220,11 @@ def _over(barrier: Barrier, missed: Grid, before: Grid | None) -> Grid | float:
     return np.where(at_corners(far) & (left < _SLIGHT), _OVER / np.maximum(1.0 - left, 1.0 - _SLIGHT), _OVER)
 
 
-def _distance(barrier: Barrier, gap: Grid) -> float:
-    """Return how far a bound is from the lattice's answer in the mean, which a corner alone does not decide."""
+def _distance(barrier: Barrier, gap: Grid, *, largest: bool = False) -> float:
+    """Return how far a bound is from the lattice's answer: in the mean, not decided by a corner alone, or at most."""
     if not barrier.holds:
         return np.inf
     values = barrier.nearly_at_points()
     away = values - gap if barrier.side > 0 else gap - np.maximum(values, 0.0)
-    return float(away.mean(where=barrier.problem.cells.closure))
+    within = barrier.problem.cells.closure
+    return float(away.max(where=within, initial=0.0) if largest else away.mean(where=within))

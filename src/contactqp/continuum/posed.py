@@ -27,7 +27,6 @@ from .cells import Cells, at_corners, extreme_at_corners
 from .data import Data
 from .ghosts import Continuation
 from .halves import away_from_chords, linear_on_halves
-from .kinks import cells_with_kinks, told_by_parts
 from .obstacle import ObstacleProblem
 from .pointwise import PointwiseBounds
 from .splines import at_points, excess_along_rim, excess_on_cells
@@ -169,10 +168,6 @@ def _over_support(data: Data, cells: Cells, tension: float, laplacian: Interval)
 def _over_spline(data: Data, cells: Cells, tension: float, laplacian: Interval | None) -> Posed:
     """Return the problem over a spline through the support."""
     load, support = _known(data, cells, "load"), _known(data, cells, "support")
-    given = data.model.given.get("support")
-    if isinstance(given, Ranged) and support.exact:
-        turned = data.model.upwards and not isinstance(given, Profile)
-        support = told_by_parts(data.plan, support, given, -1.0 if turned else 1.0)
     corners = cells.corners
     values = np.where(corners, support.values, 0.0)
     floor = _spline_through(cells, values)
@@ -202,15 +197,16 @@ def _over_spline(data: Data, cells: Cells, tension: float, laplacian: Interval |
         floor,
         rest,
         drive,
-        _kinks(data, cells, support, floor, values),
+        _kinks(cells, support, floor, values),
     )
     bounds = _load_bounds(load, cells, tension, laplacian, 0.0)
     return Posed(problem, on_floor, error + _off_at_points(support, cells), bounds)
 
 
-def _kinks(data: Data, cells: Cells, support: CellField, floor: Grid, values: Grid) -> Grid | None:
-    """Return the floor's coefficients less the support's values at points of cells with kinks, zero elsewhere."""
-    where = at_corners(cells_with_kinks(data.plan, support)) & cells.nodes
+def _kinks(cells: Cells, support: CellField, floor: Grid, values: Grid) -> Grid | None:
+    """Return the floor's coefficients less the support's values at nodes of cells with kinks, zero elsewhere."""
+    bent = np.isinf(support.bent_below) | np.isinf(support.bent_above)
+    where = at_corners(cells.inside & bent) & cells.nodes
     return np.where(where, floor[1:-1, 1:-1] - values, 0.0) if where.any() else None
 
 

@@ -796,8 +796,9 @@ class Solution:
         AttributeError
             If there is no model, as of a bare problem.
         TypeError, ValueError
-            If ``effort`` is unknown, it is no membrane whose frame runs along lines of the lattice, and, for the energy
-            norm, of one of twice the spacing; or the answer is not finite.
+            If ``effort`` is unknown, it is no membrane whose frame runs along lines of the lattice, or, for the
+            pointwise estimate, along diagonals of its squares, and, for the energy norm, along lines of one of twice
+            the spacing; or the answer is not finite.
         """
         one_of(effort, ("energy", "pointwise"), "effort")
         model = self._physical("discretisation_estimate")
