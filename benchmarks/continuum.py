@@ -134,12 +134,12 @@ def held_against(membrane: cq.Membrane, found: object) -> dict[str, float | str]
     told: dict[str, float | str] = {"said": ", ".join(wrong) or "no contradiction", "contradictions": len(wrong)}
     told["refused"] = 0
     away = energy_distance(coarse, fine)
-    if 0 < away and fine.found.energy_error <= KNOWN_WELL * away:
+    if away > 0 and fine.found.energy_error <= KNOWN_WELL * away:
         told["energy norm/true"] = coarse.found.energy_error / away
     if coarse.pointwise:
         there = at_nodes_of(coarse.model, fine.model, fine.solution.deflection)
         error = float(np.abs(coarse.solution.deflection - there).max())
-        if 0 < error and fine.found.error_bound <= KNOWN_WELL * error:
+        if error > 0 and fine.found.error_bound <= KNOWN_WELL * error:
             told["at nodes/true"] = coarse.found.error_bound / error
     return told
 

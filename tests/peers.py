@@ -6,8 +6,6 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from functools import cached_property
 
-import numpy as np
-
 from contactqp.geometry.on_contour import FrameFit
 from contactqp.mpi.answer import AnswerByRows
 from contactqp.mpi.barriers import PartOfParabola
@@ -18,6 +16,12 @@ from contactqp.mpi.ranks import Ranks
 class _Party:
     def __init__(self, size):
         self.size, self.barrier, self.told = size, threading.Barrier(size, timeout=60), [None] * size
+        self.parts = []
+
+    def abort(self):
+        self.barrier.abort()
+        for part in self.parts:
+            part.abort()
 
 
 class Peer:
@@ -39,16 +43,18 @@ class Peer:
     def everyones(self, found):
         return [one for part in self._everyone_tells(list(found)) for one in part]
 
-    def exchange(self, down, up, from_below, from_above):
-        told = self._everyone_tells((down.copy(), up.copy()))
-        if self.rank > 0:
-            from_below[...] = told[self.rank - 1][1]
-        if self.rank < self.size - 1:
-            from_above[...] = told[self.rank + 1][0]
+    def exchange(self, given, wanted):
+        told = self._everyone_tells({other: array.copy() for other, array in given})
+        for other, array in wanted:
+            array[...] = told[other].pop(self.rank)
+        assert not any(self.rank in left for left in told)
 
-    def collect(self, array, edges):
-        told = self._everyone_tells(array[edges[self.rank] : edges[self.rank + 1]].copy())
-        array[...] = np.concatenate(told)
+    def every(self, step):
+        count = self.size // step
+        part = self._everyone_tells(_Party(count) if self.rank == 0 else None)[0]
+        self._party.parts.append(part)
+        chosen = self.rank % step == 0 and self.rank // step < count
+        return Peer(part, self.rank // step) if chosen else None
 
 
 def by_peers(size, work):
@@ -59,7 +65,7 @@ def by_peers(size, work):
         try:
             return work(Peer(party, rank))
         except BaseException:
-            party.barrier.abort()
+            party.abort()
             raise
 
     with ThreadPoolExecutor(size) as pool:

@@ -1,4 +1,4 @@
-"""Solved by communicators of 1, 2, 3 and 5 of the processes that mpiexec has started: bits and facts of each answer.
+"""Solved by communicators of 1, 2, 3, 5 and 9 of the processes that mpiexec has started: bits and facts of each answer.
 
 Written into a file as JSON: for each case and number of processes digests of all fields, row by row, and the facts.
 """
@@ -122,7 +122,7 @@ def same_but_resumed(one, other):
 
 def main(path):
     world, found = MPI.COMM_WORLD, defaultdict[str, dict[int, dict[str, object]]](dict)
-    comms = {size: world.Split(0 if world.rank < size else 1, world.rank) for size in (1, 2, 3, 5)}
+    comms = {size: world.Split(0 if world.rank < size else 1, world.rank) for size in (1, 2, 3, 5, 9)}
     for size, comm in comms.items():
         for name in CASES if world.rank < size else ():
             if size not in SIZES[name]:

@@ -59,7 +59,7 @@ def command(processes, *arguments, folder):
 def found(tmp_path_factory):
     """What `by_rows.py` has found, by case and number of processes."""
     folder = tmp_path_factory.mktemp("found")
-    code, _, errors = ended(start(5, HERE / "by_rows.py", folder / "found.json", folder=folder))
+    code, _, errors = ended(start(9, HERE / "by_rows.py", folder / "found.json", folder=folder))
     assert code == 0, errors
     return json.loads((folder / "found.json").read_text())
 

@@ -66,7 +66,7 @@ def solve(
     threads : int
         Threads of each process.
     least_rows : int
-        Rows a process below which a coarse level is held whole by every one.
+        Rows a process below which the strips of a coarse level are merged.
 
     Returns
     -------

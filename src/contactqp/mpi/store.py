@@ -115,7 +115,9 @@ def _create(
 def _up_to_chunk(ranks: Ranks, values: NDArray[Any], lent: int, lacking: int) -> NDArray[Any]:
     """Return the rows that a process writes: without those it lends the process before, with those it lacks."""
     borrowed = np.empty((lacking, *values.shape[1:]), dtype=values.dtype)
-    ranks.exchange(values[:lent], values[:0], values[:0].copy(), borrowed)
+    given = [(ranks.rank - 1, values[:lent])] if ranks.rank > 0 else []
+    wanted = [(ranks.rank + 1, borrowed)] if ranks.rank < ranks.size - 1 else []
+    ranks.exchange(given, wanted)
     return np.concatenate([values[lent:], borrowed])
 
 

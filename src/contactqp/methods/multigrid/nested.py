@@ -12,6 +12,7 @@ from ...foundation.threads import Team
 from ...geometry.numbering import Grid
 from .arms import Arms
 from .contact import NO_LIMITS, ContactMultigrid, Limits
+from .hierarchy import VISITED
 
 _CYCLES_A_LEVEL = 2
 _CYCLES_FOR_A_CHANGE = 1
@@ -64,6 +65,7 @@ class Nest:
 
     def __init__(self, lattice: Arms, team: Team) -> None:
         self.solver = ContactMultigrid(lattice, lattice.layout.zeros(), team)
+        self._coarse: Arms | None = None
         self._coarser: Nest | None = None
         self.complete = False
 
@@ -86,16 +88,25 @@ class Nest:
         coarse = solver.lattice.coarser()
         if coarse is None:
             return
-        coarser = Nest(coarse, solver.team)
         coarse_q, coarse_height, coarse_limits = self._coarse_problem(coarse, height)
-        coarser.begin(coarse_q, coarse_height, report, coarse_limits, keep=keep)
-        report(coarse.size)
-        coarser.cycle(_CYCLES_A_LEVEL)
-        solver.work = coarser.solver.work * coarse.size / solver.lattice.size + 1
-        np.subtract(coarse_height, coarser.solver.omega, out=coarse_height)
-        self._coarser = coarser if keep else None
-        del coarser
-        solver.start(height, coarse_height)
+        work, self._coarse = 0.0, coarse if keep else None
+        if not coarse.part.idle:
+            coarser = Nest(coarse, solver.team)
+            coarser.begin(coarse_q, coarse_height, report, coarse_limits, keep=keep)
+            report(coarse.size)
+            coarser.cycle(_CYCLES_A_LEVEL)
+            work = coarser.solver.work * coarse.size
+            np.subtract(coarse_height, coarser.solver.omega, out=coarse_height)
+            self._coarser = coarser if keep else None
+            del coarser
+        self._start(height, coarse_height, work)
+
+    def _start(self, height: Grid, coarse_deflection: Grid, work: float) -> None:
+        """Start from what those know who work on the next coarser lattice: all processes, or the first and others."""
+        solver = self.solver
+        solver.hierarchy.levels[0].part.hand_back(coarse_deflection, VISITED)
+        solver.work = solver.lattice.part.everyones([work])[0] / solver.lattice.size + 1
+        solver.start(height, coarse_deflection)
 
     def start(self, gap: Vector, q: Vector, limits: Limits = NO_LIMITS) -> None:
         """Go on with other forces from a gap that is near the solution; the coarser lattices are given up.
@@ -111,7 +122,7 @@ class Nest:
         solver.restart(layout.grid(q, out=solver.q), limits, solver.team)
         layout.grid(gap, out=solver.omega)
         solver.lattice.part.share(solver.omega)
-        self._coarser, self.complete = None, False
+        self._coarse, self._coarser, self.complete = None, None, False
 
     def change(self, q: Grid, height: Grid, limits: Limits = NO_LIMITS, *, factor: float = 1.0) -> None:
         """Go on with other forces: add to the last solution what the coarser lattices' solutions change by.
@@ -128,18 +139,19 @@ class Nest:
         solver = self.solver
         before = solver.omega * factor
         solver.restart(q, limits, solver.team)
-        if self._coarser is None:
+        coarse, coarser = self._coarse, self._coarser
+        if coarse is None:
             np.copyto(solver.omega, before)
             return
-        coarser = self._coarser
-        coarse = coarser.solver.lattice
         coarse_q, coarse_height, coarse_limits = self._coarse_problem(coarse, height)
-        decrease = coarser.solver.omega * factor
-        coarser.change(coarse_q, coarse_height, coarse_limits, factor=factor)
-        coarser.cycle(_CYCLES_FOR_A_CHANGE)
-        solver.work = coarser.solver.work * coarse.size / solver.lattice.size + 1
-        decrease -= coarser.solver.omega
-        solver.start(before, decrease)
+        work, decrease = 0.0, coarse.layout.zeros()
+        if coarser is not None:
+            decrease = coarser.solver.omega * factor
+            coarser.change(coarse_q, coarse_height, coarse_limits, factor=factor)
+            coarser.cycle(_CYCLES_FOR_A_CHANGE)
+            work = coarser.solver.work * coarse.size
+            decrease -= coarser.solver.omega
+        self._start(before, decrease, work)
 
     def cycle(self, count: int) -> None:
         """Do some cycles on the lattice itself."""
