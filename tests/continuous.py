@@ -30,7 +30,7 @@ class Posed:
         off = load_bends * h**2 / 8 * (1 + 1e-9)
         least, most = height_bends
         self.problem = ObstacleProblem(
-            Cells(lattice.mask, h),
+            Cells(lattice.mask, h, lattice.halved),
             tension,
             load(self.x, self.y) + np.zeros(self.x.shape),
             heights(self.x, self.y) + np.zeros(self.x.shape),

@@ -91,5 +91,5 @@ SIZES = {
     "between": (1, 2, 3, 5),
     "upwards": (1, 3),
     "patched": (1, 2, 3, 5),
-    "woven": (1, 2, 3, 5),
+    "woven": (1, 2, 3, 5, 9),
 }

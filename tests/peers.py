@@ -1,18 +1,33 @@
 """Threads of one process in the place of processes, for tests of what is divided among them."""
 
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
+from functools import cached_property
 
-import numpy as np
+from contactqp.geometry.on_contour import FrameFit
+from contactqp.mpi.answer import AnswerByRows
+from contactqp.mpi.barriers import PartOfParabola
+from contactqp.mpi.posed import PosedByRows
+from contactqp.mpi.ranks import Ranks
 
 
 class _Party:
     def __init__(self, size):
         self.size, self.barrier, self.told = size, threading.Barrier(size, timeout=60), [None] * size
+        self.parts = []
+
+    def abort(self):
+        self.barrier.abort()
+        for part in self.parts:
+            part.abort()
 
 
 class Peer:
-    """One of them: what `contactqp.methods.multigrid.strips.Peers` asks for."""
+    """One of them: what `contactqp.mpi.ranks.Ranks` is among processes."""
+
+    agreed, messages, sent = Ranks.agreed, 0, 0
 
     def __init__(self, party, rank):
         self._party, self.rank, self.size = party, rank, party.size
@@ -28,16 +43,18 @@ class Peer:
     def everyones(self, found):
         return [one for part in self._everyone_tells(list(found)) for one in part]
 
-    def exchange(self, down, up, from_below, from_above):
-        told = self._everyone_tells((down.copy(), up.copy()))
-        if self.rank > 0:
-            from_below[...] = told[self.rank - 1][1]
-        if self.rank < self.size - 1:
-            from_above[...] = told[self.rank + 1][0]
+    def exchange(self, given, wanted):
+        told = self._everyone_tells({other: array.copy() for other, array in given})
+        for other, array in wanted:
+            array[...] = told[other].pop(self.rank)
+        assert not any(self.rank in left for left in told)
 
-    def collect(self, array, edges):
-        told = self._everyone_tells(array[edges[self.rank] : edges[self.rank + 1]].copy())
-        array[...] = np.concatenate(told)
+    def every(self, step):
+        count = self.size // step
+        part = self._everyone_tells(_Party(count) if self.rank == 0 else None)[0]
+        self._party.parts.append(part)
+        chosen = self.rank % step == 0 and self.rank // step < count
+        return Peer(part, self.rank // step) if chosen else None
 
 
 def by_peers(size, work):
@@ -48,8 +65,28 @@ def by_peers(size, work):
         try:
             return work(Peer(party, rank))
         except BaseException:
-            party.barrier.abort()
+            party.abort()
             raise
 
     with ThreadPoolExecutor(size) as pool:
         return [found.result() for found in [pool.submit(one, rank) for rank in range(size)]]
+
+
+def alone():
+    """Return the only peer of its party."""
+    return by_peers(1, lambda peer: peer)[0]
+
+
+def in_the_place_of_ranks(monkeypatch):
+    """Let `contactqp.mpi` take a peer for the communicator that it is given."""
+    for module in ("cases", "solve", "solver"):  # as modules: functions have taken their names
+        monkeypatch.setattr(sys.modules[f"contactqp.mpi.{module}"], "Ranks", lambda peer: peer)
+    without_locks(monkeypatch, AnswerByRows, PosedByRows, PartOfParabola, FrameFit)
+
+
+def without_locks(monkeypatch, *kinds):
+    """Let threads that wait for each other ask for properties: before Python 3.12 there is one lock for all objects."""
+    for kind in kinds:
+        for each in vars(kind).values():
+            if isinstance(each, cached_property):
+                monkeypatch.setattr(each, "lock", nullcontext(), raising=False)

@@ -52,9 +52,9 @@ class Kink:
 
 
 def random_rectangle(seed):
-    """Return a membrane over a rectangle of 6 to 16 squares along a side, all else drawn as well."""
+    """Return a membrane over a rectangle of 2 to 16 squares along a side, all else drawn as well."""
     rng = np.random.default_rng(seed)
-    rows, columns = (int(count) for count in rng.integers(6, 17, 2))
+    rows, columns = (int(count) for count in rng.integers(2, 17, 2))
     spacing = 10.0 ** rng.uniform(-2, 2)
     corner = rng.uniform(-1, 1, 2) * 8 * spacing
     lattice = cq.Lattice.from_mask(np.ones((rows - 1, columns - 1), dtype=bool), spacing, tuple(corner + spacing))

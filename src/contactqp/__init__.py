@@ -62,6 +62,7 @@ from .paths.load_path import LoadPath
 from .paths.march import march
 from .paths.time_history import TimeHistory
 from .paths.touchdown import Touchdown
+from .paths.touchdown_between import touchdown_between
 from .paths.trace import trace
 from .problem.contact_lcp import ContactLCP
 from .problem.contact_qp import ContactQP
@@ -144,6 +145,7 @@ __all__ = [
     "solve_many",
     "solve_to",
     "study",
+    "touchdown_between",
     "trace",
 ]
 

@@ -533,6 +533,23 @@ def test_solve_refines_until_the_membrane_is_enclosed(tmp_path):
     assert "discretisation" in result.output
 
 
+@pytest.mark.parametrize("suffix", [".nc", ".zarr", ".csv"])
+def test_solve_starts_from_an_earlier_answer(tmp_path, suffix):
+    case, out = tmp_path / "case.toml", tmp_path / f"answer{suffix}"
+    case.write_text(BOWL, encoding="utf-8")
+    solving = "solve", case, "--backend", "multigrid"
+    cold = run(*solving, "--out", out)
+    warm = run(*solving, "--warm-start", out)
+    assert (cold.exit_code, warm.exit_code) == (0, 0)
+    assert "1 cycle" in warm.output
+    assert "1 cycle" not in cold.output
+    refused = run("solve", case, "--warm-start", out, "--continuum-tol", 0.05)
+    assert refused.exit_code == 2
+    assert "--warm-start is of one lattice" in refused.stderr
+    case.write_text(BOWL.replace("0.0625", "0.05"), encoding="utf-8")
+    assert run("solve", case, "--warm-start", out).exit_code == 2
+
+
 @pytest.mark.parametrize("effort", ["energy", "pointwise"])
 def test_what_is_proven_of_the_membrane_goes_along(tmp_path, effort):
     case, out = tmp_path / "case.toml", tmp_path / "answer.nc"

@@ -1,8 +1,9 @@
-"""Regions along lattice lines: rectangles, corners that point inwards, holes; and what is refused."""
+"""Regions along lattice lines and diagonals: rectangles, corners that point inwards, holes; and what is refused."""
 
 import numpy as np
 import pytest
 
+import contactqp as cq
 from contactqp.continuum.cells import Cells, largest_at_corners
 
 
@@ -11,9 +12,11 @@ def test_a_rectangle():
     assert cells.inside.all()
     assert cells.convex
     assert cells.strip == (0, 0, 3)
-    level, upright = cells.rim
-    np.testing.assert_array_equal(level, [[0] * 5 + [3] * 5, [*range(5)] * 2])
-    np.testing.assert_array_equal(upright, [[0, 0, 1, 1, 2, 2], [0, 5] * 3])
+    level, upright, *slanted = cells.rim
+    assert (level.step, upright.step) == ((0, 1), (1, 0))
+    np.testing.assert_array_equal(level[:2], [[0] * 5 + [3] * 5, [*range(5)] * 2])
+    np.testing.assert_array_equal(upright[:2], [[0, 0, 1, 1, 2, 2], [0, 5] * 3])
+    assert not any(edges.row.size for edges in slanted)
 
 
 def test_a_corner_that_points_inwards():
@@ -24,7 +27,7 @@ def test_a_corner_that_points_inwards():
     assert cells.inside.sum() == 5 * 6 - 4
     assert np.transpose(cells.inward_corners).tolist() == [[2, 2]]
     assert cells.closure.sum() == 6 * 7 - 4
-    assert sum(len(rows) for rows, _ in cells.rim) == 22
+    assert sum(edges.row.size for edges in cells.rim) == 22
 
 
 def test_a_hole():
@@ -32,7 +35,42 @@ def test_a_hole():
     mask[2:5, 2:5] = False
     cells = Cells(mask, 1.0)
     assert cells.inside.sum() == 64 - 4
-    assert len(cells.rim[0][0]) == 8 + 8 + 2 + 2
+    assert cells.rim[0].row.size == 8 + 8 + 2 + 2
+
+
+def laid(corners, spacing=1.0):
+    lattice = cq.Frame.polygon(corners).lattice(spacing)
+    return Cells(lattice.mask, spacing, lattice.halved)
+
+
+def test_a_square_on_its_corner():
+    cells = laid([(3, 0), (0, 3), (-3, 0), (0, -3)])
+    assert cells.nodes.sum() == 13
+    assert cells.whole.sum() == 12
+    assert cells.shares.sum() == 18.0
+    assert cells.closure.sum() == 25
+    assert cells.corners.sum() == 25 + 12
+    assert [edges.row.size for edges in cells.rim] == [0, 0, 6, 6]
+    for edges in cells.rim:
+        for end in edges.ends:
+            assert (cells.closure & ~cells.nodes)[end].all()
+    assert cells.convex
+    assert cells.strip == (0, 1, 6)
+
+
+def test_slanted_and_straight_sides_with_an_inward_corner_between():
+    cells = laid([(0, 0), (4, 0), (4, 4), (3, 4), (2, 3), (1, 4), (0, 4)])
+    assert cells.shares.sum() == 15.0
+    assert not cells.convex
+    assert cells.inward_corners[0].size == 1
+    assert [edges.row.size for edges in cells.rim] == [4 + 2, 8, 1, 1]
+
+
+def test_half_cells_have_one_node():
+    halved = np.zeros((3, 3), dtype=bool)
+    halved[1, 1] = True
+    with pytest.raises(ValueError, match="have one node each"):
+        Cells(np.ones((2, 2), dtype=bool), 1.0, halved)
 
 
 @pytest.mark.parametrize(

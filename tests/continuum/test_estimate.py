@@ -18,7 +18,7 @@ def test_estimates_are_near_the_true_error(name, nodes):
     assert 0.7 < found.error / np.abs(true).max() < 1.5
     assert 0.7 < found.mean_error / np.sqrt(np.mean(true**2)) < 1.5
     assert np.corrcoef(found.errors, true)[0, 1] > 0.9
-    assert found.grid_convergence_index >= 1.25 * found.error
+    assert found.grid_convergence_index >= 1.25 * found.error * (1 - 1e-12)
     assert found.spacings == pytest.approx(known.spacing * np.array([0.5, 1, 2]))
 
 
@@ -118,4 +118,8 @@ def test_what_has_no_relatives_is_refused():
     with pytest.raises(TypeError, match="a Membrane can be made again"):
         cq.solve(cq.gallery.load("cable-on-floor").model).discretisation_estimate("pointwise")
     with pytest.raises(ValueError, match="slanted sides"):
-        cq.solve(cq.gallery.paper_hexagon()).discretisation_estimate("pointwise")
+        cq.solve(cq.gallery.paper_hexagon()).discretisation_estimate("energy")
+    with pytest.raises(ValueError, match="lies beside"):
+        cq.solve(cq.Membrane(cq.Frame.disk(1.0).lattice(0.25), 1.0, load=1.0, support=0.1)).discretisation_estimate(
+            "pointwise"
+        )

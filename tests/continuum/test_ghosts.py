@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import contactqp as cq
 from contactqp.continuum.cells import Cells
 from contactqp.continuum.ghosts import Continuation
 
@@ -19,6 +20,29 @@ def test_a_parabola_goes_on_as_one(corner):
     parabola = 2.0 * row**2 + column**2 - row * column
     found = Continuation(cells)(parabola[1:-1, 1:-1], np.full((5, 6), 6.0), corner)
     np.testing.assert_allclose(found, parabola, atol=1e-12)
+
+
+@pytest.mark.parametrize("corner", ["less", "more"])
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [(4, 0), (0, 4), (-4, 0), (0, -4)],
+        [(0, 0), (6, 0), (6, 4), (4, 6), (0, 6)],
+        [(0, 0), (8, 0), (8, 8), (6, 8), (4, 6), (2, 8), (0, 8)],
+    ],
+    ids=["diamond", "pentagon", "notch"],
+)
+def test_across_diagonals_too(corners, corner):
+    lattice = cq.Frame.polygon(corners).lattice(1.0)
+    cells = Cells(lattice.mask, 1.0, lattice.halved)
+    row, column = np.indices(np.array(cells.nodes.shape) + 2)
+    parabola = 1000.0 + 2.0 * row**2 + column**2 - row * column
+    found = Continuation(cells)(parabola[1:-1, 1:-1], np.full(cells.nodes.shape, 6.0), corner)
+    reached = found != 0
+    np.testing.assert_allclose(found[reached], parabola[reached], atol=1e-9)
+    for down in range(4):
+        for right in range(4):
+            assert reached[down:, right:][: cells.inside.shape[0], : cells.inside.shape[1]][cells.inside].all()
 
 
 def test_corners_bend_as_little_or_as_much_as_can_be():

@@ -2,6 +2,7 @@
 
 import warnings
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import contactqp as cq
-from contactqp.continuum.line import Line, cable_energy, cable_heights
+from contactqp.continuum.line import Line, cable_heights
+from contactqp.continuum.line_energy import _norm, cable_energy
 
 HILL = cq.profiles.Paraboloid(0.03, 1.0, (0.5, 0.0))
 
@@ -126,3 +128,39 @@ def test_what_is_refused_and_what_is_sampled():
         found(8, support=-0.1)
     assert found(8, support=lambda x: 0.05 + 0 * x).sampled == ("support",)
     assert found(8, support=np.full(7, -0.1)).energy.lower > -np.inf
+
+
+@pytest.mark.parametrize(("name", "bends"), [("cable-on-floor", 0.6), ("cable-on-hill", 1.0), ("cable-in-bowl", 0.7)])
+def test_the_norm_of_cables_is_bounded_within_three_tenths(name, bends):
+    """The answer is exact at the nodes, so that the error is that of interpolation: h²/12 ∫w″², with w″ = -1 or f″."""
+    known = cq.gallery.load(name, n=39)
+    true = known.spacing * np.sqrt(bends / 12)
+    assert true < cq.solve(known.model, tol=1e-12).continuum().energy_error < 1.3 * true
+
+
+@settings(max_examples=30)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_cables_over_curved_ground_are_where_their_finer_lattices_are(seed):
+    rng = np.random.default_rng(seed)
+    deep, middle = rng.uniform(0.005, 0.1), float(rng.uniform(0.2, 0.8))
+    ground: Any = [
+        cq.profiles.Paraboloid(deep, float(rng.choice([-1, 1]) * rng.uniform(1.2, 5)), (middle, 0.0)),
+        cq.Smooth(lambda x, y: deep * (2 + np.sin(9 * x)), second_derivative=81 * deep),
+        cq.profiles.Hemisphere(deep, 0.4, (middle, 0.0)),
+    ][rng.integers(3)]
+    ends = min(0.0, float(ground(0.0, 0.0)), float(ground(1.0, 0.0)))
+    data = {"support": ground, "foundation": [None, 2.0][rng.integers(2)], "frame_height": ends}
+    if rng.integers(2):
+        data["ceiling"] = ends - 0.02
+    cables = [cable_of(cells, **data) for cells in (12, 48)]
+    solutions = [cq.solve(cable, tol=1e-10) for cable in cables]
+    coarse, fine = (solution.continuum() for solution in solutions)
+    assert coarse.energy.lower <= fine.energy.upper
+    assert fine.energy.lower <= coarse.energy.upper
+    lines = [Line(cable) for cable in cables]
+    heights = [
+        np.concatenate([line.ends[:1], cable.padded_below(solution.gap)[1, 1:-1], line.ends[1:]])
+        for line, cable, solution in zip(lines, cables, solutions, strict=True)
+    ]
+    apart = _norm(lines[1], np.interp(lines[1].x, lines[0].x, heights[0]) - heights[1])
+    assert apart <= coarse.energy_error + fine.energy_error

@@ -5,19 +5,17 @@ from random_rectangles import contradictions, enclosed, random_rectangle, refine
 
 from contactqp.models.varied import with_load
 
-# Of what is drawn some has loads that cannot reach the support, which a model tells.
-pytestmark = pytest.mark.filterwarnings("ignore::contactqp.ContactWarning")
-
-FEW, MORE = range(6), range(6, 60)
+FEW, MORE = range(6), range(6, 50)
 
 
+@pytest.mark.filterwarnings("ignore:load nowhere presses")  # one that lifts the membrane off is drawn as well
 @pytest.mark.parametrize("seed", [*FEW, *(pytest.param(seed, marks=pytest.mark.slow) for seed in MORE)])
 def test_bounds_on_two_lattices_hold_one_membrane(seed):
     membrane = random_rectangle(seed)
     assert contradictions(enclosed(membrane), enclosed(refined(membrane))) == []
 
 
-@pytest.mark.parametrize("seed", [13, 27, 38])
+@pytest.mark.parametrize("seed", [8, 13, 25])
 def test_enclosures_of_membranes_that_differ_contradict_each_other(seed):
     """What holds two against each other is able to tell: of the same under three times the load."""
     membrane = random_rectangle(seed)

@@ -50,7 +50,7 @@ def test_the_ring_is_borne_by_the_disk():
         posed = ring(squares)
         bounds = pointwise_bounds(posed.problem, posed.gap, posed.resolve)
         clear = posed.problem.cells.inside & (bounds.lower.on_cells() > 0)
-        found = reaction_bracket(posed.problem, bounds, clear, (0.0, 0.0))
+        found = reaction_bracket(posed.problem, bounds, clear)
         assert found.lower <= 2 * np.pi <= found.upper
         widths.append(found.upper - found.lower)
     assert np.log2(widths[0] / widths[1]) >= 1.7
@@ -59,7 +59,7 @@ def test_the_ring_is_borne_by_the_disk():
 def test_without_contact_the_support_bears_nothing():
     posed = ring(24)
     bounds = pointwise_bounds(posed.problem, posed.gap, posed.resolve)
-    found = reaction_bracket(posed.problem, bounds, posed.problem.cells.inside, (0.0, 0.0))
+    found = reaction_bracket(posed.problem, bounds, posed.problem.cells.inside)
     assert found.lower == 0.0
     assert found.upper < 1e-12
 
@@ -76,5 +76,5 @@ def test_a_force_that_overflows_is_not_bounded():
     clear = np.ones(cells.inside.shape, dtype=bool)
     clear[8:12, 8:12] = False
     with np.errstate(over="ignore", invalid="ignore"):
-        bracket = reaction_bracket(problem, bounds, clear, (0.0, 0.0))
+        bracket = reaction_bracket(problem, bounds, clear)
     assert bracket == (0.0, np.inf)

@@ -8,8 +8,9 @@ from exact_splines import bilinear, fractions, laplacian, places_in, value
 from hypothesis import given
 from hypothesis import strategies as st
 
+import contactqp as cq
 from contactqp.continuum.cells import Cells
-from contactqp.continuum.splines import at_points, excess_along_rim, ranges_on_cells
+from contactqp.continuum.splines import at_points, excess_along_rim, excess_on_cells, ranges_on_cells
 
 
 def some_numbers(rng, shape):
@@ -21,6 +22,10 @@ def some_numbers(rng, shape):
 
 
 def some_cells(rng):
+    if rng.uniform() < 0.4:
+        corners = [(1, 0), (3, 0), (4, 1), (4, 2), (3, 3), (2, 3), (0, 1)]
+        lattice = cq.Frame.polygon(corners).lattice(rng.choice([0.5, 1.0]))
+        return Cells(lattice.mask, float(rng.choice([0.25, 1 / 3])), lattice.halved)
     mask = rng.uniform(size=rng.integers(1, 4, 2)) < rng.choice([0.7, 1.0])
     mask[0, 0] = True
     try:
@@ -50,21 +55,50 @@ def test_ranges_hold_everywhere_in_the_cells(seed):
 
 
 @given(st.integers(0, 2**32 - 1))
+def test_a_spline_less_a_bilinear_field_keeps_to_its_range(seed):
+    rng = np.random.default_rng(seed)
+    cells = some_cells(rng)
+    shape = np.array(cells.nodes.shape)
+    c, f = some_numbers(rng, shape + 2), some_numbers(rng, shape)
+    least, most = excess_on_cells(cells, c, np.where(cells.corners, f, np.inf))
+    exact, exact_f = fractions(c), fractions(f)
+    for i, j in rng.permutation(np.argwhere(cells.inside))[:3]:
+        for row, column in places_in(rng, i, j, 2):
+            excess = value(exact, row, column) - bilinear(exact_f, row, column)
+            assert Fraction(least[i, j]) <= excess <= Fraction(most[i, j])
+    assert np.isnan(least[~cells.inside]).all()
+    assert np.isnan(most[~cells.inside]).all()
+    assert (most - least)[cells.inside].max() <= 64 * (np.abs(c).max() + np.abs(f).max())
+
+
+def test_a_spline_less_a_field_is_its_largest_and_least_by_hand():
+    cells = Cells(np.ones((1, 1), dtype=bool), 1.0)
+    rising = np.tile(np.arange(-1.0, 4.0), (5, 1))  # the spline of linear coefficients is x itself
+    least, most = excess_on_cells(cells, rising, np.full((3, 3), 0.5))
+    assert least == pytest.approx(np.array([[-0.5, 0.5]] * 2))
+    assert most == pytest.approx(np.array([[0.5, 1.5]] * 2))
+
+
+def test_what_overflows_has_no_range():
+    cells = Cells(np.ones((1, 1), dtype=bool), 1.0)
+    least, most = excess_on_cells(cells, np.full((5, 5), 1e300), np.zeros((3, 3)))
+    assert (least == -np.inf).all()
+    assert (most == np.inf).all()
+
+
+@given(st.integers(0, 2**32 - 1))
 def test_ranges_along_the_rim_hold(seed):
     rng = np.random.default_rng(seed)
     cells = some_cells(rng)
     shape = np.array(cells.nodes.shape)
     c, heights = some_numbers(rng, shape + 2), some_numbers(rng, shape)
     exact, exact_heights = fractions(c), fractions(heights)
-    edges = [
-        (*place, step)
-        for places, step in zip(cells.rim, ((0, 1), (1, 0)), strict=True)
-        for place in np.transpose(places)
-    ]
+    edges = [(i, j, edges.step) for edges in cells.rim for i, j in zip(edges.row, edges.column, strict=True)]
     for (i, j, step), low, high in zip(edges, *excess_along_rim(cells, c, heights), strict=True):
         way = Fraction(int(rng.integers(33)), 32)
         at = int(i) + way * step[0], int(j) + way * step[1]
-        excess = value(exact, *at) - bilinear(exact_heights, *at)
+        start, end = exact_heights[i, j], exact_heights[i + step[0], j + step[1]]
+        excess = value(exact, *at) - ((1 - way) * start + way * end)
         assert Fraction(low) <= excess <= Fraction(high)
 
 

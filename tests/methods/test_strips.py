@@ -17,7 +17,7 @@ from contactqp.methods.multigrid.arms import Arms, arms_of
 from contactqp.methods.multigrid.contact import NO_LIMITS
 from contactqp.methods.multigrid.nested import nested_start
 from contactqp.methods.multigrid.rows import BLOCK, HALO, Rows
-from contactqp.methods.multigrid.strips import Gathered, Strip, divided
+from contactqp.methods.multigrid.strips import Idle, Merged, Strip, divided, merged, merging
 
 
 def cycled(lattice, q, height, limits, cycles=3, threads=1):
@@ -88,11 +88,11 @@ KINDS = (
 )
 
 
-@given(st.integers(0, 9999), st.sampled_from([2, 3, 5]), st.sampled_from(KINDS))
+@given(st.integers(0, 9999), st.sampled_from([2, 3, 5, 9]), st.sampled_from(KINDS))
 @settings(max_examples=20)
 def test_divided_rows_give_the_same_bits(seed, size, kind):
     rng = np.random.default_rng(seed)
-    rows, columns = int(rng.integers(BLOCK * size, BLOCK * size + 70)), int(rng.integers(7, 60))
+    rows, columns = int(rng.integers(BLOCK * size, BLOCK * (size + 5))), int(rng.integers(7, 60))
     mask = np.ones((rows, columns), dtype=bool)
     if "masked" in kind:
         mask = rng.uniform(size=(rows, columns)) < 0.9
@@ -127,7 +127,7 @@ def test_no_number_depends_on_threads():
 
 def test_strips_begin_where_blocks_do_and_hold_a_halo():
     edges = divided(511, 3)
-    assert edges == [1, 160, 320, 512]
+    assert edges == [1, 160, 352, 512]
 
     def told(peer):
         part = Strip(peer, tuple(edges))
@@ -136,9 +136,9 @@ def test_strips_begin_where_blocks_do_and_hold_a_halo():
 
     first, middle, last = by_peers(3, told)
     assert first[:5] == (0, 160 + HALO, 1, 160, (1, 165))
-    assert middle[:5] == (152, 160 + 2 * HALO, 8, 168, (3, 173))
-    assert last[:5] == (312, 513 - 312, 8, 200, (3, 200))
-    assert [one[5] for one in (first, middle, last)] == [(1, 80), (80, 160), (160, 256)]
+    assert middle[:5] == (152, 192 + 2 * HALO, 8, 200, (3, 205))
+    assert last[:5] == (344, 513 - 344, 8, 168, (3, 168))
+    assert [one[5] for one in (first, middle, last)] == [(1, 80), (80, 176), (176, 256)]
     assert {one[6] for one in (first, middle, last)} == {Strip}
     assert first[7][:2] == [(1, 16), (16, 32)]
     assert middle[7][0] == (8, 24)
@@ -155,23 +155,67 @@ def test_blocks_are_the_same_whoever_holds_them():
     assert by_peers(4, told) == [whole] * 4
 
 
-def test_a_level_of_few_rows_is_held_whole_by_everyone():
-    edges = divided(64, 2, 32)
-    grid = np.arange(66.0)[:, None] * np.ones(3)
+def test_strips_of_few_rows_are_merged_and_come_back():
+    """Five strips of 16 rows are two of 16 and 24 on the next level, and one on the level after that."""
+    grid = np.arange(82.0)[:, None] * np.ones(3)
 
     def told(peer):
-        part = Strip(peer, tuple(edges), 64)
-        below = part.coarser(32, 10, 2)
-        assert isinstance(below, Gathered)
+        part = Strip(peer, tuple(divided(80, 5, BLOCK)), BLOCK)
+        below = part.coarser(40, 10, 2)
         planes = np.zeros((2, below.height, 3))
-        first, last = below.own_with_ring
+        first, last = (row - below.offset for row in below.own_with_ring)
         planes[:, first:last] = 1 + peer.rank
         below.share(planes, axis=1)
-        return below.picked(window(grid, part), part, 2)[:, 0], planes[1, :, 2]
+        picked = below.picked(window(grid, part), part, 2)[:, 0]
+        worked_on = below.alone
+        assert (worked_on.offset, worked_on.height) == (below.offset, below.height)
+        answer = np.zeros((below.height, 1))
+        if not worked_on.idle:
+            answer[...] = np.arange(below.offset, below.offset + below.height)[:, None]
+        below.hand_back(answer, 2)
+        mine = range(max(0, below.own[0] - 2), min(42, below.own[1] + 2))
+        assert answer[mine.start - below.offset : mine.stop - below.offset, 0].tolist() == list(mine)
+        return type(worked_on), worked_on.own, picked.tolist(), planes[1, :, 2].tolist()
 
-    for picked, plane in by_peers(2, told):
-        assert picked.tolist() == [*range(0, 66, 2), 65]
-        assert plane.tolist() == [1.0] * 16 + [2.0] * 18
+    first, second, third, fourth, fifth = by_peers(5, told)
+    assert [one[0] for one in (first, second, third, fourth, fifth)] == [Strip, Idle, Strip, Idle, Idle]
+    assert (first[1], third[1]) == ((1, 16), (16, 41))
+    assert first[2] == [*range(0, 48, 2)]
+    assert third[2] == [*range(16, 82, 2), 81]
+    assert first[3] == [1.0] * 8 + [2.0] * 8 + [3.0] * 8
+    assert third[3] == [2.0] * 8 + [3.0] * 8 + [4.0] * 8 + [5.0] * 10
+
+
+@given(st.integers(1, 200), st.integers(0, 10_000), st.sampled_from([1, 16, 17, 32, 64]))
+@settings(max_examples=100)
+def test_strips_are_merged_in_pairs_and_never_have_fewer_rows_than_a_block(size, more, least):
+    rows = BLOCK * size + more
+    edges = tuple(divided(rows, size, least))
+    enough = rows >= max(least, BLOCK) * size
+    while size > 1:
+        heights = np.diff([0, *edges[1:]])
+        assert heights.min() >= BLOCK
+        assert not any(edge % BLOCK for edge in edges[1:-1])
+        rows //= 2
+        below = (1, *(edge // 2 for edge in edges[1:-1]), rows + 1)
+        step = merging(below, least)
+        assert step <= 2 or not enough
+        edges, size = merged(below, step), size // step
+        assert len(edges) == size + 1
+
+
+@pytest.mark.parametrize(("rows", "size", "least", "most"), [(9882 * 32, 9882, 64, 1.51), (316_227, 1000, 64, 1.25)])
+def test_strips_are_of_about_equal_height(rows, size, least, most):
+    assert np.diff(divided(rows, size, least)).max() * size / rows < most
+
+
+def test_a_level_of_few_points_is_held_by_the_first():
+    def told(peer):
+        below = Strip(peer, tuple(divided(400, 3, BLOCK)), BLOCK).coarser(200, 1, 2)
+        assert isinstance(below, Merged)
+        return below.alone.height, below.alone.idle
+
+    assert by_peers(3, told) == [(202, False), (80, True), (82, True)]
 
 
 def test_too_many_processes_for_so_few_rows_are_refused():

@@ -1,4 +1,4 @@
-"""Solved by communicators of 1, 2, 3 and 5 of the processes that mpiexec has started: bits and facts of each answer.
+"""Solved by communicators of 1, 2, 3, 5 and 9 of the processes that mpiexec has started: bits and facts of each answer.
 
 Written into a file as JSON: for each case and number of processes digests of all fields, row by row, and the facts.
 """
@@ -48,6 +48,34 @@ def facts(answer):
     }
 
 
+def warm(name, comm, folder):
+    """Return what is found from an earlier answer, from a store that one process wrote, and by a session."""
+    membrane, asked = CASES[name](), {"tol": 1e-9, "least_rows": 16}
+    loose = cq.mpi.solve(membrane, comm, tol=1e-5, least_rows=16)
+    store = folder / f"{name}.zarr"
+    if comm.size == 1:
+        loose.to_zarr(store)
+    answers = [cq.mpi.solve(membrane, comm, warm_start=start, **asked) for start in (loose, store)]
+    session = cq.mpi.Solver(membrane, comm, **asked)
+    answers += [session.solve_varied(membrane.with_load(factor)) for factor in (0.8, 0.9, 1.0)]
+    return {
+        "warm": [digest(answer) for answer in answers],
+        "warm facts": [facts(answer) for answer in answers],
+        "warm cycles": [answer.iterations for answer in answers],
+    }
+
+
+def refused(comm, folder):
+    """Return the words by which each process refuses starts, of which one alone knows that they are no good."""
+    membrane, told = CASES["masked"](), []
+    for start in (folder / "woven.zarr", folder / "none.zarr", folder / "masked.zarr" if comm.rank else None, 3.0):
+        try:
+            cq.mpi.solve(membrane, comm, warm_start=start, least_rows=16)
+        except (OSError, TypeError, ValueError) as error:
+            told.append(f"{type(error).__name__} {error}")
+    return comm.gather(told, root=0)
+
+
 def beside_one_process(answer):
     """Return how far the answer of one process that holds all rows is from that of the backend multigrid."""
     membrane = answer.membrane
@@ -94,13 +122,14 @@ def same_but_resumed(one, other):
 
 def main(path):
     world, found = MPI.COMM_WORLD, defaultdict[str, dict[int, dict[str, object]]](dict)
-    comms = {size: world.Split(0 if world.rank < size else 1, world.rank) for size in (1, 2, 3, 5)}
+    comms = {size: world.Split(0 if world.rank < size else 1, world.rank) for size in (1, 2, 3, 5, 9)}
     for size, comm in comms.items():
         for name in CASES if world.rank < size else ():
             if size not in SIZES[name]:
                 continue
             answer = cq.mpi.solve(CASES[name](), comm, tol=1e-9, least_rows=16)
-            digests, told = digest(answer), facts(answer)
+            digests, told = digest(answer), facts(answer) | {"cycles": answer.iterations}
+            told |= warm(name, comm, Path(path).parent)
             if world.rank == 0:
                 found[name][size] = {**digests, **told}
             if size == 1:
@@ -110,6 +139,7 @@ def main(path):
             time.sleep(0.01)  # who waits in MPI takes a core
     if world.rank < 2:
         found["trace"] |= traced(comms[2], comms[1], Path(path).parent / "loads")
+        found["refused"][2] = {"words": refused(comms[2], Path(path).parent)}
     if world.rank == 0:
         with open(path, "w", encoding="utf-8") as file:
             json.dump(found, file)

@@ -59,7 +59,7 @@ def command(processes, *arguments, folder):
 def found(tmp_path_factory):
     """What `by_rows.py` has found, by case and number of processes."""
     folder = tmp_path_factory.mktemp("found")
-    code, _, errors = ended(start(5, HERE / "by_rows.py", folder / "found.json", folder=folder))
+    code, _, errors = ended(start(9, HERE / "by_rows.py", folder / "found.json", folder=folder))
     assert code == 0, errors
     return json.loads((folder / "found.json").read_text())
 
@@ -72,6 +72,27 @@ def test_answers_are_the_same_to_the_bit_for_any_number_of_processes(found, case
     for size in SIZES[case][1:]:
         told = found[case][str(size)]
         assert told == {name: alone[name] for name in told}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
+def test_from_an_earlier_answer_fewer_cycles_suffice(found, case):
+    """Whether it is in memory or in a store; that they are the same to the bit is asked above."""
+    alone = found[case]["1"]
+    from_answer, from_store, *_ = alone["warm cycles"]
+    assert from_answer == from_store < alone["cycles"]
+    assert alone["warm"][0] == alone["warm"][1]
+    assert all(facts["ended"].startswith("certified") for facts in alone["warm facts"])
+
+
+@pytest.mark.slow
+def test_a_start_that_is_no_good_is_refused_by_all_in_the_same_words(found):
+    first, second = found["refused"]["2"]["words"]
+    assert first == second
+    for words, start in zip(
+        ("151 x 120, but the store", "is no Zarr store", "process 1 the", "must be"), first, strict=True
+    ):
+        assert words in start
 
 
 @pytest.mark.slow
@@ -115,6 +136,25 @@ def test_the_command_writes_one_store_and_prints_once(tmp_path):
         assert (data["gap_lower"].values[mask] <= solution.certificate.upper).all()
         assert (data["gap_upper"].values[mask] >= solution.certificate.lower).all()
     assert [each.name for each in tmp_path.iterdir() if each.name.startswith(".")] == []
+
+
+@pytest.mark.slow
+def test_the_command_starts_from_a_store_of_any_number_of_processes(tmp_path):
+    (tmp_path / "case.toml").write_text(CASE)
+    for processes in (2, 1):
+        out = "--out", f"{processes}.zarr"
+        code, _, errors = command(processes, "solve", "case.toml", "--tol", "1e-4", *out, folder=tmp_path)
+        assert (code, errors) == (0, "")
+    for store in ("1.zarr", "2.zarr"):
+        start = "--warm-start", store, "--tol", "1e-4", "--out", "result.zarr"
+        for processes in (3, 1):
+            code, output, errors = command(processes, "solve", "case.toml", *start, folder=tmp_path)
+            assert (code, errors) == (0, "")
+            assert "1 cycle, " in output if processes == 3 else "certified" in output
+    (tmp_path / "case.toml").write_text(CASE.replace("radius = 1.0", "radius = 0.9"))
+    code, _, errors = command(2, "solve", "case.toml", "--warm-start", "1.zarr", folder=tmp_path)
+    assert code == 2
+    assert errors.count("must be of the membrane's lattice") == 1
 
 
 @pytest.mark.slow

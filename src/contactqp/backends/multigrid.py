@@ -17,7 +17,6 @@ from .base import Answer, Backend, Need, State, Stop, Task, as_it_is_now
 
 if TYPE_CHECKING:
     from ..methods.multigrid.contact import ContactMultigrid
-    from ..methods.multigrid.nested import Nest
 
 MAX_CYCLES = 200
 _PATIENCE = 5
@@ -72,20 +71,20 @@ class Multigrid(Backend):
 
 
 class _Prepared(State):
-    """The lattice with its arms, and the iteration of the last solve with its hierarchy."""
+    """The lattice with its arms, and the problems on it, whose iteration keeps its hierarchy."""
 
     def __init__(self, problem: ContactProblem, task: Task, threads: int | None, history: bool) -> None:
         stencil = problem.stencil
         assert stencil is not None
         load_modules("contactqp.methods.multigrid.nested", kernels="multigrid")
         from ..methods.multigrid.arms import arms_of
+        from ..methods.multigrid.nested import Succession
         from ..methods.multigrid.weighted_hierarchy import load_kernels
 
         self._arms = arms_of(stencil, problem.layout)
         load_kernels(self._arms)
         self._problem, self._threads, self._history = problem, threads, history
-        self._nest: Nest | None = None
-        self._unit, self._keeps = 1.0, task.keeps
+        self._problems = Succession(self._arms, keeps=task.keeps)
 
     def solve(self, q: Vector, task: Task, problem: ContactProblem | None = None) -> Answer:
         """See `State.solve`."""
@@ -99,7 +98,15 @@ class _Prepared(State):
         log = CycleLog(arms.reach)
         outcome: tuple[Stop, str] | None = None
         with Team(self._threads) as team:
-            solver = self._started(problem, task, team)
+            solver = self._problems.begun(
+                problem,
+                team,
+                task.warm_start,
+                unit=float(np.max(task.length_unit)),
+                predicted=task.predicted,
+                resumes=task.resumes,
+                report=lambda nodes: task.progress.update(f"nested iteration, {nodes} nodes"),
+            )
             setup_seconds = working_seconds() - started
             while outcome is None:
                 solver.relax()
@@ -123,42 +130,6 @@ class _Prepared(State):
             claimed_solved=stop is Stop.DONE and why.startswith("certified"),
         )
         return _handed_over(answer, problem, task, budget) if stop is Stop.FAILED else answer
-
-    def _started(self, problem: ContactProblem, task: Task, team: Team) -> ContactMultigrid:
-        """Return the iteration at its start.
-
-        After its own last answer it goes on from a prediction, or from what the coarser lattices' solutions change by;
-        from another warm start. Else it starts from the coarser lattices.
-        """
-        from ..methods.multigrid.contact import ContactMultigrid
-        from ..methods.multigrid.nested import Nest
-
-        layout, limits = self._arms.layout, problem.bound_grids()
-        unit = float(np.max(task.length_unit))
-        nest, self._nest = self._nest, None
-        if task.warm_start is not None and nest is not None and (task.predicted or task.resumes):
-            nest.work_with(team)
-            if task.predicted:
-                nest.start(task.warm_start, problem.q, limits)
-            elif nest.complete:
-                nest.change(problem.force_grid(), problem.reference_grid(), limits, factor=self._unit / unit)
-            else:
-                nest = None
-        elif task.warm_start is not None:
-            solver = ContactMultigrid(self._arms, problem.force_grid(), team, limits)
-            solver.omega[...] = layout.grid(problem.project(task.warm_start))
-            return solver
-        if task.warm_start is None or nest is None:
-            nest = Nest(self._arms, team)
-            nest.begin(
-                problem.force_grid(),
-                problem.reference_grid(),
-                lambda nodes: task.progress.update(f"nested iteration, {nodes} nodes"),
-                limits,
-                keep=self._keeps,
-            )
-        self._nest, self._unit = nest if self._keeps else None, unit
-        return nest.solver
 
 
 def _handed_over(answer: Answer, problem: ContactProblem, task: Task, budget: int) -> Answer:

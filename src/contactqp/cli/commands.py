@@ -129,6 +129,14 @@ def solve(
             min=1e-12,
         ),
     ] = None,
+    warm_start: Annotated[
+        Path | None,
+        typer.Option(
+            help="Start from an earlier answer on the same lattice: the fields that solve --out wrote (.nc, .zarr, "
+            ".csv; of several processes .zarr).",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Solve CASE by one backend.
 
@@ -140,7 +148,7 @@ def solve(
         for option, given in (("--continuum", continuum), ("--continuum-tol", continuum_tol)):
             if given is not None:
                 raise ValueError(f"{option} works in one process only; start without mpiexec, or leave it out")
-        raise typer.Exit(solve_together(case, backend, tolerance(tol), time_limit, out, plot))
+        raise typer.Exit(solve_together(case, backend, tolerance(tol), time_limit, out, plot, warm_start))
     from ..io.writers import WRITERS, holds_bounds, require_room, require_suitable
     from ..models.cable import Cable
 
@@ -154,9 +162,18 @@ def solve(
         require_suitable(out, model)
         if continuum is not None:
             require_room(out, none_at_nodes=effort == "energy" and not isinstance(model, Cable))
+    start = None
+    if warm_start is not None:
+        if continuum_tol is not None:
+            raise ValueError("--warm-start is of one lattice, and --continuum-tol goes through several; leave one out")
+        from ..io.answers import read_answer
+
+        start = read_answer(warm_start, model, "gap")
     reached = True
     if continuum_tol is None:
-        solution = solve_problem(model, backend, tol=tolerance(tol), time_limit=time_limit, on_failure="ignore")
+        solution = solve_problem(
+            model, backend, tol=tolerance(tol), time_limit=time_limit, warm_start=start, on_failure="ignore"
+        )
     else:
         found = _solved_to(case, model, continuum_tol, backend, time_limit)
         solution, reached = found.solution, found.reached
@@ -196,7 +213,9 @@ def _solved_to(case: Path, model: Model, continuum_tol: float, backend: str, tim
     if not isinstance(model, Membrane):
         raise ValueError(f"--continuum-tol encloses a Membrane, {case} describes {model!r}")
     if model.lattice.cuts is not None or model.lattice.overshoot:
-        raise ValueError(f"--continuum-tol needs a frame along lines of the lattice, {case} has {model.lattice!r}")
+        raise ValueError(
+            f"--continuum-tol needs a frame along lines of the lattice, or diagonals, {case} has {model.lattice!r}"
+        )
 
     def model_at(spacing: float) -> Membrane:
         finer = read_case(case, spacing).model

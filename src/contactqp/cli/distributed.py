@@ -28,7 +28,13 @@ def processes_started() -> int:
 
 
 def solve_together(
-    case: Path, backend: str, tol: float | str, time_limit: float | None, out: Path | None, plot: Path | None
+    case: Path,
+    backend: str,
+    tol: float | str,
+    time_limit: float | None,
+    out: Path | None,
+    plot: Path | None,
+    warm_start: Path | None = None,
 ) -> int:
     """Solve a case in all processes, and return the exit code; the first one prints.
 
@@ -42,7 +48,7 @@ def solve_together(
     ranks = Ranks()
     try:
         with ranks.ended_together():
-            return _solved(ranks, case, backend, tol, time_limit, out, plot)
+            return _solved(ranks, case, backend, tol, time_limit, out, plot, warm_start)
     except Exception:
         if ranks.rank == 0:
             raise
@@ -57,6 +63,7 @@ def _solved(
     time_limit: float | None,
     out: Path | None,
     plot: Path | None,
+    warm_start: Path | None,
 ) -> int:
     if ranks.size == 1:
         raise ValueError(
@@ -73,7 +80,8 @@ def _solved(
     from ..mpi.cases import membrane_of_case
     from ..mpi.solve import solve
 
-    answer = solve(ranks.agreed(lambda: membrane_of_case(case)), ranks.comm, tol=tol, time_limit=time_limit)
+    membrane = membrane_of_case(case, ranks.comm)
+    answer = solve(membrane, ranks.comm, tol=tol, time_limit=time_limit, warm_start=warm_start)
     told = answer.summary()
     if ranks.rank == 0:
         typer.echo(told)

@@ -1,21 +1,23 @@
 r"""Functions that the membrane's gap certainly lies below or above: splines with verified differential inequalities.
 
 Let Ω be bounded and connected along Lipschitz curves, T > 0, q ∈ L^∞(Ω), γ ≥ 0 on ∂Ω. The gap u* of the membrane
-minimises ∫ ½T|∇u|² + qu among all u ∈ H¹(Ω) with u ≥ 0 and u = γ on ∂Ω; so, with K for these,
+minimises ∫ ½T|∇u|² + qu among all u ∈ H¹(Ω) with u ≥ ψ and u = γ on ∂Ω; so, with K for these,
 
 .. math:: \int T ∇u^*·∇(φ - u^*) + q (φ - u^*) \, ≥ 0 \qquad \text{for all } φ ∈ K.
 
-*Supersolution.* Let U be twice continuously differentiable on the closed region, U ≥ 0, U ≥ γ on ∂Ω, and TΔU ≤ q almost
+ψ is zero, or, where u is counted from a spline F in the place of the support f, ψ = F - f: kinks of f are in ψ alone.
+
+*Supersolution.* Let U be twice continuously differentiable on the closed region, U ≥ ψ, U ≥ γ on ∂Ω, and TΔU ≤ q almost
 everywhere. Then u* ≤ U.
 
-*Subsolution.* Let L be twice continuously differentiable, L ≤ γ on ∂Ω, and TΔL ≥ q almost everywhere where L > 0. Then
+*Subsolution.* Let L be twice continuously differentiable, L ≤ γ on ∂Ω, and TΔL ≥ q almost everywhere where L > ψ. Then
 L ≤ u*.
 
 Proof (Kinderlehrer and Stampacchia, *An Introduction to Variational Inequalities and Their Applications*, 1980,
 ch. II, theorem 6.4, where it is that u* is the least supersolution). Let d = (u* - U)⁺. It is in H¹ and vanishes on the
 frame, and φ = u* - d = min(u*, U) is in K: hence -∫ T∇u*·∇d + qd ≥ 0. The product of q - TΔU ≥ 0 with d ≥ 0 is
 integrated by parts, ∫ T∇U·∇d + qd ≥ 0. The sum is -∫ T∇(u* - U)·∇d = -∫ T|∇d|² ≥ 0, so d = 0. Likewise with
-d = (L - u*)⁺ and φ = u* + d = max(u*, L): ∫ T∇u*·∇d + qd ≥ 0, and as d > 0 only where L > u* ≥ 0,
+d = (L - u*)⁺ and φ = u* + d = max(u*, L): ∫ T∇u*·∇d + qd ≥ 0, and as d > 0 only where L > u* ≥ ψ,
 -∫ T∇L·∇d - qd ≥ 0; the sum is -∫ T|∇d|² ≥ 0.
 
 *From a spline.* Let s be a bicubic spline (see `contactqp.continuum.splines`), x the coordinate across a strip of
@@ -23,10 +25,10 @@ width d that holds Ω, counted from its side, and v = x(d - x)/(2T): v ≥ 0 in 
 
 .. math::
 
-    U &= s + τ^+ v + δ^+, & τ^+ &= \max_K \max_K (TΔs - q)^+, & δ^+ &= \max\{0, \max_{∂Ω} (γ - s), \max_Ω (-s)\}, \\
-    L &= s - τ^- v - δ^-, & τ^- &= \max_{K: \max_K s > δ^-} \max_K (q - TΔs)^+, & δ^- &≥ \max_{∂Ω} (s - γ)
+    U &= s + τ^+ v + δ^+, & τ^+ &= \max_K \max_K (TΔs - q)^+, & δ^+ &= \max\{0, \max_{∂Ω} (γ - s), \max_Ω (ψ - s)\}, \\
+    L &= s - τ^- v - δ^-, & τ^- &= \max_{K: \max_K (s - ψ) > δ^-} \max_K (q - TΔs)^+, & δ^- &≥ \max_{∂Ω} (s - γ)
 
-are such functions: TΔU = TΔs - τ⁺ ≤ q; and where L > 0 it is s > δ⁻, so that the cell is among those of τ⁻, and
+are such functions: TΔU = TΔs - τ⁺ ≤ q; and where L > ψ it is s - ψ > δ⁻, so that the cell is among those of τ⁻, and
 TΔL = TΔs + τ⁻ ≥ q. The maxima over cells K and edges are bounded by those of Bernstein coefficients, rounded outwards;
 q and γ may be known up to ranges. δ⁻ leaves out the cells about the free boundary, where second differences of the
 lattice's answer change from zero to what the load wants over a spacing or two. δ⁻ is chosen
@@ -93,6 +95,12 @@ class Barrier:
         moved = self._moved(values, self.multiple * _height_at_lines(self.problem), error)
         return np.where(self.problem.cells.closure, moved, np.nan)
 
+    def nearly_at_points(self) -> Grid:
+        """Return the bound at the points but for its roundings: it may be used to choose, and proves nothing."""
+        values, _ = self.problem.at_points(self.coefficients)
+        values += self.side * (self.multiple * _height_at_lines(self.problem) + self.shift)
+        return values
+
     def on_cells(self) -> Grid:
         """Return the largest value in each cell of an upper bound, the least of a lower one; nan outside."""
         extreme = self.ranges.most if self.side > 0 else self.ranges.least
@@ -125,7 +133,7 @@ def supersolution(problem: ObstacleProblem, coefficients: Grid) -> Barrier:
     ranges = problem.ranges(coefficients)
     defects = _above_zero(ranges.most_excess - problem.load_range[0], inside)
     least, _ = problem.excess_along_rim(coefficients)
-    shift = _raised(problem.height_range[1] - least, -ranges.least[inside])
+    shift = _raised(problem.height_range[1] - least, -_sum(ranges.least, problem.rest[0], -1)[inside])
     return Barrier(problem, 1, coefficients, float(defects.max()), shift, ranges, defects)
 
 
@@ -152,19 +160,20 @@ def subsolution(problem: ObstacleProblem, coefficients: Grid) -> Barrier:
     defects = _above_zero(problem.load_range[1] - ranges.least_excess, inside)
     _, most = problem.excess_along_rim(coefficients)
     least_shift = _raised(most - problem.height_range[0])
-    shift, multiple = _best_shift(problem, ranges.most, defects, least_shift)
+    shift, multiple = _best_shift(problem, _sum(ranges.most, problem.rest[1], 1), defects, least_shift)
     return Barrier(problem, -1, coefficients, multiple, shift, ranges, defects)
 
 
 def _best_shift(problem: ObstacleProblem, most: Grid, defects: Grid, least_shift: float) -> tuple[float, float]:
-    """Return the δ that makes τ(δ) d²/8T + δ least, and τ(δ): the largest defect of the cells where s exceeds δ.
+    """Return the δ that makes τ(δ) d²/8T + δ least, and τ(δ): the largest defect of the cells where s - ψ exceeds δ.
 
-    Up to a few times what a membrane bends on a cell every δ is tried, and beyond that the one that leaves out all.
+    Up to a few times what a membrane bends on a cell, and kinks stand out, every δ is tried, and beyond that the one
+    that leaves out all.
     """
     inside = problem.cells.inside
     if not (np.isfinite(defects[inside]).all() and np.isfinite(most[inside]).all()):
         return np.inf, np.inf
-    near = inside & (most <= max(_FEW * problem.largest_bend, least_shift))
+    near = inside & (most <= max(_FEW * (problem.largest_bend + problem.largest_kink), least_shift))
     always = float(defects.max(where=inside & ~near, initial=0.0))
     chosen = near & (defects > always)
     order = np.argsort(most[chosen])[::-1]
@@ -182,6 +191,11 @@ def _above_zero(values: Grid, inside: Mask) -> Grid:
     positive *= 1 + _SLACK
     np.copyto(positive, 0.0, where=~inside)
     return np.where(np.isnan(positive), np.inf, positive) if np.isnan(positive.max()) else positive
+
+
+def _sum(lengths: Grid, rest: Grid | float, side: int) -> Grid:
+    """Return lengths and what is added to them, moved to a side by more than the sum is rounded."""
+    return np.asarray((lengths + rest) + side * _SLACK * (np.abs(lengths) + np.abs(rest)))
 
 
 def _raised(*lengths: Vector) -> float:

@@ -16,9 +16,10 @@ h²/4:
 
 and in the mean over a square, or over a quarter of it, where x(h - x)/2 has the mean h²/12, f - If is at most -h²/12
 (min f_xx + min f_yy). The second derivatives may be those of distributions: f less a parabola of their upper end is
-concave, which is all that is used of them, so that the minimum of smooth surfaces is enclosed with its kinks. Where
-the range of f on the square tells more, it is taken. Any other function is known at the points alone; it is *sampled*:
-taken for the interpolant of its values there, of which nothing is proven.
+concave, which is all that is used of them, so that the minimum of smooth surfaces is enclosed with its kinks. Where the
+range of f on the square tells more, it is taken; in squares with kinks, of which there are few, that on parts of it.
+Any other function is known at the points alone; it is *sampled*: taken for the interpolant of its values there, of
+which nothing is proven.
 """
 
 from __future__ import annotations
@@ -35,6 +36,12 @@ from ..foundation.surfaces import Ranged
 from ..geometry.numbering import Grid
 from ..profiles.analytic import Profile
 from .plan import Plan
+
+_PARTS = 6
+"""Into how many parts the sides of a quarter are cut where second derivatives tell nothing."""
+
+_FEW_KINKED = 8
+"""Squares are cut if there are no more of them than along a few curves."""
 
 _GROW = 1 + 1e-14
 """What bounds are multiplied by for the few roundings of what they consist of."""
@@ -208,12 +215,61 @@ def function_field(plan: Cells, function: Any, values: Grid) -> CellField:
             np.where(np.isfinite(mean), np.minimum(mean, bound), bound)
             for mean, bound in zip(means, (below, above), strict=True)
         )
+    kinked = plan.squares & ~(np.isfinite(bent_below) & np.isfinite(bent_above)) & np.isfinite(below + above)
+    if 0 < np.count_nonzero(kinked) <= _FEW_KINKED * sum(shape):
+        finer = _parts_of_squares(plan, function, [corner[kinked] for corner in corners], kinked)
+        for part, found in zip((below, above, mean_below, mean_above), finer, strict=True):
+            part[kinked] = np.minimum(part[kinked], found)
     below, above, mean_below, mean_above, bent_below, bent_above = (
-        _unknown_as_infinite(_grown(part) + off)
+        np.where(plan.squares, _unknown_as_infinite(_grown(part) + off), 0.0)
         for part in (below, above, mean_below, mean_above, bent_below, bent_above)
     )
     most = np.maximum(below, 0.0), np.maximum(above, 0.0)
     return CellField(values, *most, mean_below, mean_above, True, lower, upper, bent_below, bent_above, off)
+
+
+def _parts_of_squares(plan: Cells, function: Ranged, corners: list[Grid], where: Mask) -> list[Grid]:
+    """Return how far a function lies below and above its interpolant at most, and in the mean over quarters.
+
+    The squares are cut into parts, on which a bilinear function lies between its values at their corners.
+    """
+    count = corners[0].size
+    sides = [
+        (np.broadcast_to(side.lower, where.shape)[where], np.broadcast_to(side.upper, where.shape)[where])
+        for side in plan.around_squares
+    ]
+    cuts = np.linspace(0.0, 1.0, 2 * _PARTS + 1)
+    inner = np.stack(
+        [
+            (1 - t) * ((1 - s) * corners[0] + s * corners[1]) + t * ((1 - s) * corners[3] + s * corners[2])
+            for t in cuts
+            for s in cuts
+        ]
+    ).reshape(cuts.size, cuts.size, count)
+    quads = np.stack([inner[:-1, :-1], inner[1:, :-1], inner[:-1, 1:], inner[1:, 1:]])
+    least, most = quads.min(axis=0), quads.max(axis=0)
+    room = 1e-14 * np.abs(np.stack(corners)).max(axis=0)
+    # Where a part begins and ends is rounded, as are the places of the corners, by as much as the largest of them is.
+    ends = [
+        Interval.around(
+            low + (high - low) * cuts[:, None],
+            32 * np.spacing(max(float(np.abs(side.lower).max()), float(np.abs(side.upper).max()))),
+        )
+        for (low, high), side in zip(sides, plan.around_squares, strict=True)
+    ]
+    x, y = (Interval(end.lower[:-1], end.upper[1:]) for end in ends)
+    held = function.range(
+        Interval(np.broadcast_to(x.lower, most.shape), np.broadcast_to(x.upper, most.shape)),
+        Interval(
+            np.broadcast_to(y.lower[:, None], most.shape),
+            np.broadcast_to(y.upper[:, None], most.shape),
+        ),
+    )
+    if held is None:
+        return [np.full(count, np.inf)] * 4
+    found = [most - held.lower + room, held.upper - least + room]
+    means = [part.reshape(2, _PARTS, 2, _PARTS, count).mean(axis=(1, 3)).max(axis=(0, 1)) for part in found]
+    return [part.max(axis=(0, 1)) for part in found] + means
 
 
 def _grown(part: Grid) -> Grid:

@@ -1,23 +1,51 @@
-"""Cells: the region that a frame along lattice lines bounds, as squares between lattice points."""
+"""Cells: the region that a frame along lines and diagonals of a lattice bounds, as squares between its points."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..foundation.checks import Mask
+from ..foundation.loading import load_modules
 from ..geometry.numbering import Grid
 
 Places: TypeAlias = tuple[NDArray[np.intp], ...]
 
 
+class Edges(NamedTuple):
+    """Edges of a rim that all run the same way, along sides of cells or along a diagonal of theirs.
+
+    Attributes
+    ----------
+    row, column : array
+        The point where each begins.
+    step : (int, int)
+        Rows and columns from there to its end: (0, 1), (1, 0), (1, 1) or (1, -1).
+    """
+
+    row: NDArray[np.intp]
+    column: NDArray[np.intp]
+    step: tuple[int, int]
+
+    @classmethod
+    def where(cls, begins: Mask, step: tuple[int, int]) -> Edges:
+        """Return the edges that begin at some points."""
+        row, column = np.nonzero(begins)
+        return cls(row, column, step)
+
+    @property
+    def ends(self) -> tuple[Places, Places]:
+        """Rows and columns of the points where each begins and where it ends."""
+        return (self.row, self.column), (self.row + self.step[0], self.column + self.step[1])
+
+
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """The squares between lattice points that a frame along lattice lines encloses.
+    """The squares between lattice points that a frame along lattice lines and diagonals encloses, or halves.
 
     Arrays of points have the lattice's shape with a ring of frame points about it, (rows + 2, columns + 2); those of
     cells lie between the points, (rows + 1, columns + 1): cell [i, j] has the corners [i, j] to [i + 1, j + 1].
@@ -28,11 +56,14 @@ class Cells:
         The nodes: lattice points within the frame.
     spacing : float
         Side h of a cell (length).
+    halved : array of bool, shape (rows + 1, columns + 1), optional
+        Cells that the frame halves along a diagonal, so that the half at their only node belongs to the region.
 
     Raises
     ------
     ValueError
         If the frame is more than the rim of the cells about the nodes: a pin, a slit, or a passage without nodes.
+        If a halved cell has not one node.
 
     Examples
     --------
@@ -47,11 +78,14 @@ class Cells:
 
     mask: Mask
     spacing: float
+    halved: Mask | None = None
 
     def __post_init__(self) -> None:
-        within = _about_points(self.inside)
+        if not (self._count(self.nodes)[self.cut] == 1).all():
+            raise ValueError("a frame halves cells that have one node each, but some have none or several")
+        within = _about_points(self.whole)
         buried = within & ~self.nodes
-        level, upright = _beside_edges(self.inside)
+        level, upright = _beside_edges(self.whole)
         passages = (level[0] & level[1] & ~self.nodes[:, :-1] & ~self.nodes[:, 1:]).any() or (
             upright[0] & upright[1] & ~self.nodes[:-1] & ~self.nodes[1:]
         ).any()
@@ -70,33 +104,85 @@ class Cells:
 
     @cached_property
     def inside(self) -> Mask:
-        """The cells of the region: those with a node at a corner."""
-        nodes = self.nodes
-        return np.asarray(nodes[:-1, :-1] | nodes[1:, :-1] | nodes[:-1, 1:] | nodes[1:, 1:])
+        """The cells of the region, halved ones among them: those with a node at a corner."""
+        return self._count(self.nodes) > 0
+
+    @cached_property
+    def cut(self) -> Mask:
+        """The cells that the frame halves."""
+        shape = self.mask.shape[0] + 1, self.mask.shape[1] + 1
+        return np.zeros(shape, dtype=np.bool_) if self.halved is None else self.halved
+
+    @cached_property
+    def whole(self) -> Mask:
+        """The cells that belong to the region as a whole."""
+        return self.inside & ~self.cut
+
+    @cached_property
+    def shares(self) -> Grid:
+        """Which part of each cell belongs to the region: 0, 1/2 or 1."""
+        return np.where(self.cut, 0.5, np.where(self.inside, 1.0, 0.0))
+
+    @cached_property
+    def corners(self) -> Mask:
+        """The points at corners of the cells: those of the closed region, and those of halved cells beyond it."""
+        return at_corners(self.inside)
 
     @cached_property
     def closure(self) -> Mask:
         """The points of the closed region: nodes and points of the rim."""
-        return at_corners(self.inside)
+        found = at_corners(self.whole) | self.nodes
+        for edges in self.slanted:
+            for end in edges.ends:
+                found[end] = True
+        return found
 
     @cached_property
-    def rim(self) -> tuple[Places, Places]:
-        """Rows i and columns j of the edges of the rim: from point [i, j] to [i, j + 1]; from [i, j] to [i + 1, j]."""
-        level, upright = _beside_edges(self.inside)
-        return np.nonzero(level[0] ^ level[1]), np.nonzero(upright[0] ^ upright[1])
+    def rim(self) -> tuple[Edges, ...]:
+        """The edges of the rim: along rows, along columns, and along either diagonal."""
+        level, upright = _beside_edges(self.whole)
+        open_ends = ~self.nodes  # two that bound a halved cell's half have its node at an end
+        level_rim = (level[0] ^ level[1]) & open_ends[:, :-1] & open_ends[:, 1:]
+        upright_rim = (upright[0] ^ upright[1]) & open_ends[:-1] & open_ends[1:]
+        return Edges.where(level_rim, (0, 1)), Edges.where(upright_rim, (1, 0)), *self.slanted
+
+    @cached_property
+    def slanted(self) -> tuple[Edges, Edges]:
+        """The edges of the rim along diagonals of halved cells."""
+        nodes = self.nodes
+        rising = self.cut & (nodes[:-1, 1:] | nodes[1:, :-1])
+        rows, columns = np.nonzero(self.cut & ~rising)
+        return Edges.where(rising, (1, 1)), Edges(rows, columns + 1, (1, -1))
+
+    @cached_property
+    def _angle(self) -> NDArray[np.int64]:
+        """Angle of the region at each point of its rim, in units of 45°; zero elsewhere."""
+        padded = np.pad(2 * self.whole.astype(np.int64), 1)
+        count = padded[:-1, :-1] + padded[1:, :-1] + padded[:-1, 1:] + padded[1:, 1:]
+        for edges in self.slanted:
+            for end in edges.ends:
+                np.add.at(count, end, 1)
+        return np.where(self.closure & ~self.nodes, count, 0)
 
     @cached_property
     def inward_corners(self) -> Places:
-        """Rows and columns of the points of the rim that have three cells of the region about them."""
-        padded = np.pad(self.inside.astype(np.int64), 1)
-        count = padded[:-1, :-1] + padded[1:, :-1] + padded[:-1, 1:] + padded[1:, 1:]
-        return np.nonzero((count == 3) & self.closure & ~self.nodes)
+        """Rows and columns of the points of the rim about which the region has more than half of a small disk."""
+        return np.nonzero(self._angle > 4)
 
     @cached_property
     def convex(self) -> bool:
+        """Whether the region is convex: in one part, no corner of which points inwards."""
+        if self.inward_corners[0].size:
+            return False
+        load_modules("scipy.ndimage")
+        from scipy.ndimage import label
+
+        return bool(label(self.inside)[1] == 1)
+
+    @property
+    def rectangular(self) -> bool:
         """Whether the region is a rectangle."""
-        rows, columns = np.flatnonzero(self.inside.any(axis=1)), np.flatnonzero(self.inside.any(axis=0))
-        return bool(self.inside[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1].all())
+        return self.convex and not self.cut.any()
 
     @cached_property
     def strip(self) -> tuple[int, int, int]:
@@ -110,6 +196,12 @@ class Cells:
             found.append((int(lines[-1] + 1 - lines[0]), axis, int(lines[0])))
         width, axis, first = min(found)
         return axis, first, width
+
+    @staticmethod
+    def _count(points: Mask) -> NDArray[np.int64]:
+        """Return how many corners of each cell are among some points."""
+        of = points.astype(np.int64)
+        return np.asarray(of[:-1, :-1] + of[1:, :-1] + of[:-1, 1:] + of[1:, 1:])
 
 
 def at_corners(cells: Mask) -> Mask:
@@ -125,7 +217,7 @@ def largest_at_corners(cells: Grid) -> Grid:
     return np.maximum(rows[:, :-1], rows[:, 1:])
 
 
-def extreme_at_corners(points: Grid, extreme: np.ufunc) -> Grid:
+def extreme_at_corners(points: Any, extreme: np.ufunc) -> Any:
     """Return the extreme over the four corners of each cell."""
     rows = extreme(points[:-1], points[1:])
     return np.asarray(extreme(rows[:, :-1], rows[:, 1:]))

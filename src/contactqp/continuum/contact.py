@@ -20,7 +20,7 @@ ones: it lies in the closed strip of the undecided cells. Conversely, let Ω be 
 both a point in contact and a clear one be no farther from x than d. The line between these two lies in Ω and in the
 disk of radius d about x, and meets the free boundary. So that is nowhere farther than d from x, and the Hausdorff
 distance of strip and free boundary is no more than the largest d. Where the cell at x is shifted onto one in contact, x
-moves as far as their middles are apart.
+moves as far as their middles are apart. (Onto a cell that the frame halves nothing is shifted: it might end outside.)
 """
 
 from __future__ import annotations
@@ -84,12 +84,16 @@ def contact_bounds(cells: Cells, tension: float, gap: tuple[Grid, Grid], load: t
     clear = inside & (gap[0] > 0.0)
     contact = _in_contact(cells, tension, gap[1], load[0]) & ~clear
     undecided = inside & ~clear & ~contact
-    square = cells.spacing**2
+    square, shares = cells.spacing**2, cells.shares
+    touched = contact | undecided
     area = Bracket(
-        float(contact.sum() * square * (1 - _SLACK)), float((contact.sum() + undecided.sum()) * square * (1 + _SLACK))
+        float(shares[contact].sum() * square * (1 - _SLACK)), float(shares[touched].sum() * square * (1 + _SLACK))
     )
     # In contact the support bears q; a membrane may touch where that is not known to be positive.
-    borne = np.maximum(load[0], 0.0)[contact], np.maximum(load[1], 0.0)[contact | undecided]
+    borne = (
+        np.maximum(load[0], 0.0)[contact] * shares[contact],
+        np.maximum(load[1], 0.0)[touched] * shares[touched],
+    )
     reaction = Bracket(
         max(0.0, sum_below(borne[0]) * square * (1 - _SLACK)), max(0.0, sum_above(borne[1]) * square * (1 + _SLACK))
     )
@@ -99,14 +103,14 @@ def contact_bounds(cells: Cells, tension: float, gap: tuple[Grid, Grid], load: t
 def _in_contact(cells: Cells, tension: float, upper: Grid, load: Grid) -> Mask:
     """Return the cells that are in contact by nondegeneracy."""
     # Beyond the region nothing is known, so that no square may reach there.
-    least_load, highest = np.where(cells.inside, load, -np.inf), np.where(cells.inside, upper, np.inf)
+    least_load, highest = np.where(cells.whole, load, -np.inf), np.where(cells.whole, upper, np.inf)
     found = np.zeros_like(cells.inside)
     for rings in range(1, _MOST_RINGS + 1):
         least_load, highest = _about(least_load, np.minimum, -np.inf), _about(highest, np.maximum, np.inf)
         radius = rings * cells.spacing
         enough = np.maximum(least_load, 0.0) * (radius**2 / (4.0 * tension)) * (1 - _SLACK)
         new = (least_load > 0.0) & (highest <= enough) & ~found
-        if rings > 3 and not new.any():
+        if rings > 3 and found.any() and not new.any():
             break
         found |= new
     return found
@@ -122,11 +126,11 @@ def _about(cells: Grid, extreme: np.ufunc, beyond: float) -> Grid:
 def _width(cells: Cells, clear: Mask, contact: Mask, undecided: Mask) -> float:
     if not undecided.any() and (clear.any() ^ contact.any()):
         return 0.0
-    if not (cells.convex and clear.any() and contact.any()):
+    if not (cells.convex and (clear & cells.whole).any() and contact.any()):
         return np.inf
     load_modules("scipy.ndimage")
     from scipy.ndimage import distance_transform_edt
 
-    apart = [distance_transform_edt(~known) for known in (clear, contact)]
+    apart = [distance_transform_edt(~known) for known in (clear & cells.whole, contact)]
     farthest = np.maximum(*apart).max(where=undecided, initial=0.0)
     return float(farthest * cells.spacing * (1 + _SLACK))

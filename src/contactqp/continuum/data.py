@@ -18,6 +18,7 @@ from ..models.on_lattice import LatticeModel
 from ..profiles.analytic import Profile
 from .cell_fields import CellField, array_field, continued, function_field, number_field
 from .plan import CORNERS, Plan
+from .stiff_signs import require_not_negative
 
 Surfaces: TypeAlias = list[tuple[CellField, float]]
 """Fields that depths, multiplied by a sign, must not exceed."""
@@ -56,7 +57,8 @@ class Data:
     Raises
     ------
     ValueError
-        If the model has no such plan: its lattice is fitted to a contour, or the frame's points lie outside it.
+        If the model has no such plan: its lattice is fitted to a contour, the frame's points lie outside it, or its
+        sides cut squares elsewhere than along diagonals.
     """
 
     model: LatticeModel
@@ -71,13 +73,22 @@ class Data:
                 f"{lattice!r}: its frame cuts arms between the points of the lattice, and only one that runs "
                 "along lines of the lattice can be enclosed; take fitted=False and a spacing that fits"
             )
-        if lattice.overshoot or lattice.slanted:
-            how = "lies beside the lattice's points" if lattice.overshoot else "has slanted sides"
+        if lattice.overshoot or (lattice.slanted and lattice.halved is None):
+            how = "lies beside the lattice's points" if lattice.overshoot else "has slanted sides that cut squares"
             raise ValueError(
-                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice can be "
-                "enclosed: Lattice.from_mask(lattice.mask, lattice.spacing, lattice.origin) has one that goes in steps"
+                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice, or along "
+                "diagonals of its squares with corners of 90° and more, can be enclosed: "
+                "Lattice.from_mask(lattice.mask, lattice.spacing, lattice.origin) has one that goes in steps"
             )
         return cls(model, Plan(lattice))
+
+    def require_whole_squares(self, what: str) -> None:
+        """Refuse a frame with slanted sides, for which something is not known."""
+        if self.plan.halved.any():
+            raise ValueError(
+                f"{self.model.lattice!r}: its contour has slanted sides, and {what} only of a frame that runs along "
+                "lines of the lattice; effort='pointwise' encloses the membrane in this one as well"
+            )
 
     @cached_property
     def load(self) -> CellField:
@@ -118,10 +129,18 @@ class Data:
 
     @cached_property
     def foundation(self) -> CellField | None:
-        """Stiffness k of the foundation (force per area and length); None without one."""
-        stiffness = self.model.foundation
-        if stiffness is None or not (stiffness.any() or isinstance(self.model.given["foundation"], Ranged)):
+        """Stiffness k of the foundation (force per area and length); None without one.
+
+        Raises
+        ------
+        ValueError
+            If it is a function that is negative between the points.
+        """
+        stiffness, given = self.model.foundation, self.model.given.get("foundation")
+        if stiffness is None or not (stiffness.any() or isinstance(given, Ranged)):
             return None
+        if isinstance(given, Ranged):
+            require_not_negative(given, self.plan.around_squares, self.plan.squares)
         return self._field("foundation", stiffness)
 
     @cached_property
@@ -142,15 +161,39 @@ class Data:
 
     @cached_property
     def bend_of_frame(self) -> Grid:
-        """Bound of the modulus of the second derivative of the frame's height, in each square with an edge of it."""
-        given = self.model.given.get("frame_height", 0.0)
+        """Bound of the modulus of the frame's second derivative along its edges, in each square with one of them."""
+        return np.maximum(*self._bends_of_edges)
+
+    @cached_property
+    def bent_edges(self) -> Grid:
+        """How many directions the frame's edges are bent along in each square, 0, 1 or 2."""
+        return np.asarray(np.add(*[bend > 0 for bend in self._bends_of_edges], dtype=np.int64))
+
+    @cached_property
+    def _bends_of_edges(self) -> tuple[Grid, Grid]:
+        """Bounds of the frame's second derivative along the edges of each square that run along x, and along y."""
+        plan, given = self.plan, self.model.given.get("frame_height", 0.0)
+        most = np.zeros(plan.squares.shape), np.zeros(plan.squares.shape)
         if not callable(given) or not self.frame.exact or not isinstance(given, Ranged):
-            return np.zeros(self.plan.squares.shape)
-        bends = given.curvature(*self.plan.around_squares)
-        if bends is None:
-            return np.full(self.plan.squares.shape, np.inf)
-        most = np.maximum(bends.xx.magnitude, bends.yy.magnitude)
-        return np.where(self.plan.frame_edges > 0, most, 0.0)
+            return most
+        (x, y), (around_x, around_y) = plan.around_points, plan.around_squares
+        for along, places in enumerate(((around_x, y), (x, around_y))):
+            bends = given.curvature(*places)
+            for corner in range(4):
+                # The edges along x are those from the first corner to the second, and from the fourth to the third.
+                ends = corner, (1, 0, 3, 2)[corner] if along == 0 else 3 - corner
+                of_frame = plan.squares & np.logical_and(*[plan.at_corner(plan.frame, end) for end in ends])
+                if bends is None:
+                    most[along][of_frame] = np.inf
+                    continue
+                own = bends[0 if along == 0 else 2].magnitude
+                shape = (plan.nodes.shape[0], plan.squares.shape[1]) if along == 0 else (plan.squares.shape[0], -1)
+                own = np.broadcast_to(own, shape if along == 0 else (shape[0], plan.nodes.shape[1]))
+                down, right = CORNERS[corner]
+                rows, columns = plan.squares.shape
+                beside = own[down : down + rows] if along == 0 else own[:, right : right + columns]
+                np.maximum(most[along], np.where(of_frame, beside, 0.0), out=most[along])
+        return most
 
     @cached_property
     def arms(self) -> tuple[Any, Any]:

@@ -6,15 +6,21 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..foundation.brackets import Bracket
 from ..foundation.checks import Vector, read_only
+from ..geometry.numbering import Grid
 from ..models.base import ContactModel
 from ..models.cable import Cable
 from ..models.membrane import Membrane
 from .data import Data
-from .energy import energy_bounds
-from .line import Line, cable_energy, cable_heights
+from .energy import EnergyBounds, energy_bounds
+from .frame_room import require_room
+from .line import Line, cable_heights
+from .line_energy import cable_energy
 from .membrane import membrane_bounds
 from .result import EXACT, SAMPLED, Continuum, NodalBounds
+
+_LARGEST = 1e70
 
 
 def continuum_of(
@@ -36,17 +42,20 @@ def continuum_of(
     TypeError, ValueError
         See `Solution.continuum`.
     """
+    _require_spacing(model)
     data: Data | Line
     heights = pointwise = None
     if isinstance(model, Cable):
         data = Line(model)
         below = model.padded_below(gap)[1, 1:-1]
-        found, bounds = cable_energy(data, below), cable_heights(data, below)
+        found = _within_doubles(model, cable_energy(data, below))
+        bounds = cable_heights(data, below)
         heights = None if bounds is None else _at_nodes(model, gap, *bounds)
     elif isinstance(model, Membrane):
         data = Data.of(model)
+        require_room(data)
         depths = model.padded_below(gap)
-        found = energy_bounds(data, depths)
+        found = _energy(data, depths, only=resolve is None)
         pointwise = None if resolve is None else membrane_bounds(data, depths, gap, resolve)
     else:
         raise TypeError(f"the continuous counterpart of a Membrane or a Cable can be enclosed, not that of {model!r}")
@@ -62,6 +71,37 @@ def continuum_of(
         pointwise=pointwise,
         at_nodes=heights,
     )
+
+
+def _energy(data: Data, depths: Grid, *, only: bool) -> EnergyBounds:
+    """Return what is proven of a membrane's energy: nothing, if its frame has slanted sides and more was asked for."""
+    if only:
+        data.require_whole_squares("energies are bounded")
+    if data.plan.halved.any():
+        return EnergyBounds(Bracket(-np.inf, np.inf), np.inf, np.inf, np.nan)
+    return _within_doubles(data.model, energy_bounds(data, depths))
+
+
+def _require_spacing(model: ContactModel) -> None:
+    """Refuse a lattice in units in which fourth powers of its spacing are no doubles, on which bounds depend."""
+    if isinstance(model, Cable | Membrane):
+        spacing = model.lattice.spacing
+        if not 1 / _LARGEST <= spacing <= _LARGEST:
+            raise ValueError(
+                f"{model!r}: the squares of lengths in the unit of its spacing, {spacing:.3g}, are hardly doubles, and "
+                f"nothing can be proven; take a unit of length in which it lies between {1 / _LARGEST:g} and "
+                f"{_LARGEST:g}"
+            )
+
+
+def _within_doubles(model: ContactModel, found: EnergyBounds) -> EnergyBounds:
+    """Return bounds of an energy that is a double, refuse others."""
+    if not np.isfinite(found.norm):
+        raise ValueError(
+            f"{model!r}: the energy of the answer is larger than the largest double, and has no bounds; take units in "
+            "which its tension and its heights are smaller"
+        )
+    return found
 
 
 def _at_nodes(model: ContactModel, gap: Vector, lower: Vector, upper: Vector) -> NodalBounds:

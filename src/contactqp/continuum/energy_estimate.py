@@ -104,6 +104,8 @@ def energy_estimate(model: ContactModel, gap: Vector, solve: Solve) -> EnergyEst
     ValueError
         If the frame runs along the lines of no lattice of twice the spacing.
     """
+    if isinstance(model, Membrane):
+        Data.of(model).require_whole_squares("the energy norm of errors is estimated")
     double = coarser(model)
     if double is None:
         raise ValueError(

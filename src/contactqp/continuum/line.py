@@ -1,9 +1,4 @@
-r"""Cables themselves: bounds of the energy of a continuous cable, and of its height at every node.
-
-**Energy.** With one dimension less, all of `contactqp.continuum.energy` holds of -(Tw′)′ + kw = p - R between two ends:
-v is the linear interpolant of the nodes, y is linear between the middles of neighbouring arms, where it is
-T(w_j - w_i)/h, and λ = R_i/h² about node i. On a stretch of length h the constants are those of squares, on the whole
-span L Friedrichs' is π/L. The interpolant of a support leaves it by h²/8 max f″ at most.
+r"""Cables themselves: what is known of them between their nodes, and bounds of their heights at every node.
 
 **Heights.** (Constant T, no foundation, no ceiling.) Between two nodes let W be the cubic through their heights with
 -TW″ = Ip + a, where Ip is linear between the values of p at both, and a a number. At a node its slope jumps by the
@@ -29,14 +24,12 @@ On flat ground D is h²p/8T: a bound of second order, without another solve.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..foundation.brackets import Bracket, sum_above, sum_below
 from ..foundation.checks import Mask, Vector
 from ..foundation.intervals import Interval
 from ..foundation.rounding import UNDERFLOW
@@ -45,9 +38,9 @@ from ..geometry.fields import OnFrame, is_function, of_x_and_y
 from ..models.cable import Cable
 from ..profiles.analytic import Profile
 from .cell_fields import CellField, array_field, function_field, number_field
-from .data import Tensions, require_positive
-from .energy import EnergyBounds
-from .rounded import FEW, GROW, LESS_THAN_PI, or_infinite, rounded_up
+from .data import Tensions
+from .rounded import FEW, GROW
+from .stiff_signs import require_not_negative
 
 
 class _AlongX:
@@ -144,10 +137,18 @@ class Line:
 
     @cached_property
     def foundation(self) -> CellField | None:
-        """Stiffness k of the foundation (force per length and length); None without one."""
-        stiffness = self.cable.foundation
-        if stiffness is None or not (stiffness.any() or isinstance(self.cable.given["foundation"], Ranged)):
+        """Stiffness k of the foundation (force per length and length); None without one.
+
+        Raises
+        ------
+        ValueError
+            If it is a function that is negative between the nodes.
+        """
+        stiffness, given = self.cable.foundation, self.cable.given.get("foundation")
+        if stiffness is None or not (stiffness.any() or isinstance(given, Ranged)):
             return None
+        if isinstance(given, Ranged):
+            require_not_negative(_AlongX(given), self.around_squares, self.squares)
         return self.field("foundation", stiffness, False)
 
     @cached_property
@@ -159,6 +160,19 @@ class Line:
             ceiling = -self.field("ceiling", self.cable.ceiling_depth, self.cable.upwards)
             found.append((self._not_beyond_ends(ceiling, -1.0, "ceiling"), -1.0))
         return found
+
+    def bends_of(self, surface: CellField, sign: float) -> tuple[Vector, Vector] | None:
+        """Return bounds of the second derivative of one of the `surfaces` on each stretch, as it counts, if known."""
+        given = self.cable.given.get("support" if sign > 0 else "ceiling")
+        if surface.straight or not is_function(given):
+            none = np.zeros(self.squares.shape)
+            return none, none
+        known = _AlongX(given).curvature(*self.around_squares) if isinstance(given, Ranged) else None
+        if known is None:
+            return None
+        turned = (self.cable.upwards and not isinstance(given, Profile)) != (sign < 0)
+        along = -known.xx if turned else known.xx
+        return np.broadcast_to(along.lower, self.squares.shape), np.broadcast_to(along.upper, self.squares.shape)
 
     def _not_beyond_ends(self, surface: CellField, sign: float, name: str) -> CellField:
         """Refuse ends that a surface has no room for; an array, which tells nothing of them, is as deep there."""
@@ -212,165 +226,6 @@ class Line:
         own, far = self.at_corner(kept.values, side), self.at_corner(kept.values, 1 - side)
         rounding = 1e-15 * np.abs(own)
         return Tensions((3 * own + far) / 4, np.abs(far - own) / 4 + kept.apart + rounding, kept.apart + rounding)
-
-
-def cable_energy(line: Line, depths: Vector) -> EnergyBounds:
-    """Return what an answer of a cable's nodes proves of the energy of the cable itself.
-
-    Parameters
-    ----------
-    line : Line
-    depths : array, shape (n,)
-        Of the nodes, positive downwards (length).
-
-    Raises
-    ------
-    ValueError
-        If support or ceiling leave no room for the ends.
-    """
-    own = np.concatenate([line.ends[:1], depths, line.ends[1:]])
-    trial = own
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        limits = [(_most(line, surface, sign * own), sign) for surface, sign in line.surfaces]
-        for most, sign in limits:
-            trial = trial if most is None else np.where(line.nodes, sign * np.minimum(sign * trial, most), trial)
-        if any(most is None or (sign * trial > most)[1:-1].any() for most, sign in limits):
-            return EnergyBounds(Bracket(-np.inf, np.inf), np.inf, np.inf, _norm(line, own))
-        misfit, cost, slack = _misfit_and_costs(line, own, trial)
-        gap = max(0.0, rounded_up(misfit / 2 + cost))
-        norm = rounded_up(slack + math.sqrt(rounded_up(slack**2 + 2 * gap)))
-        energy = _energy(line, trial)
-        lowered = _norm(line, own - trial) if (own != trial).any() else 0.0
-    lower = sum_below([energy.lower, -gap, -rounded_up(slack * norm)])
-    bracket = Bracket(or_infinite(lower, -1), or_infinite(energy.upper, 1))
-    return EnergyBounds(bracket, rounded_up(norm + lowered), rounded_up(gap + slack**2 / 2), _norm(line, own))
-
-
-def _sum(values: Vector) -> float:
-    return rounded_up(sum_above(values.tolist()) + values.size * UNDERFLOW)
-
-
-def _most(line: Line, surface: CellField, points: Vector) -> Vector | None:
-    """Return how deep nodes may be so that chords stay above a surface, None if that cannot be told."""
-    below = np.where(np.isfinite(surface.below), surface.below, 0.0)
-    steep = (
-        ~np.isfinite(surface.below)
-        | np.isinf(line.at_corner(surface.values, 0))
-        | np.isinf(line.at_corner(surface.values, 1))
-    )
-    bottom = np.where(steep, surface.range_lower, np.inf)
-    drop = np.where(steep, 0.0, below * GROW)
-    for stretch in (0, -1):
-        if steep[stretch]:
-            if points[stretch] > surface.range_lower[stretch]:
-                return None
-        elif np.isfinite(surface.bent_below[stretch]):
-            drop[stretch] = 4 * surface.bent_below[stretch] * GROW
-        elif surface.values[stretch] - points[stretch] < drop[stretch]:
-            return None
-    room = np.maximum(np.append(drop, 0.0), np.append(0.0, drop))
-    least = np.minimum(np.append(bottom, np.inf), np.append(np.inf, bottom))
-    reach = np.where(room > 0, np.nextafter(surface.values - room, -np.inf), surface.values)
-    return np.asarray(np.minimum(reach, least))
-
-
-def _norm(line: Line, points: Vector) -> float:
-    """Return an upper bound of the energy norm of the interpolant of values at the points."""
-    square = np.diff(points) ** 2
-    stored = sum((t.middle + t.spread) * square / 2 for t in (line.tensions(0), line.tensions(1))) / line.spacing
-    if line.foundation is not None:
-        most = np.maximum(line.foundation.range_upper, 0.0) * line.spacing
-        stored = stored + most * (points[1:] ** 2 + points[:-1] ** 2) / 2
-    return rounded_up(math.sqrt(_sum(stored * GROW)))
-
-
-def _energy(line: Line, points: Vector) -> Bracket:
-    """Return a bracket of J(v) of the interpolant of values at the points."""
-    h, load, foundation = line.spacing, line.load, line.foundation
-    springs = 0.0 if foundation is None else foundation.values * points
-    force, size = load.values - springs / 2, np.abs(load.values) + np.abs(springs)
-    apart = _apart(line, points)
-    square = np.diff(points) ** 2
-    stored, error = np.zeros(square.shape), np.zeros(square.shape)
-    for tension in (line.tensions(0), line.tensions(1)):
-        stored += tension.middle * square / (4 * h)
-        error += tension.mean_apart * square / (4 * h)
-    left, right = slice(None, -1), slice(1, None)
-    work = h / 6 * (points[left] * (2 * force[left] + force[right]) + points[right] * (force[left] + 2 * force[right]))
-    most = h / 2 * (np.abs(points[left]) + np.abs(points[right])) * np.maximum(size[left], size[right])
-    error = error * GROW + FEW * (stored + most) + h * apart * (np.abs(points[left]) + np.abs(points[right])) / 2
-    error = error * GROW + UNDERFLOW
-    return Bracket(sum_below((stored - work - error).tolist()), sum_above((stored - work + error).tolist()))
-
-
-def _apart(line: Line, points: Vector) -> Vector:
-    """Return how far p - kv lies from the interpolant of its values on each stretch, at most."""
-    foundation = line.foundation
-    if foundation is None:
-        return np.asarray(line.load.apart)
-    high = np.maximum(np.abs(points[1:]), np.abs(points[:-1]))
-    product = foundation.apart * high + np.abs(np.diff(foundation.values) * np.diff(points)) / 4
-    size = np.abs(line.load.values) + np.abs(foundation.values * points)
-    return np.asarray((line.load.apart + product + FEW * np.maximum(size[1:], size[:-1])) * GROW)
-
-
-def _misfit_and_costs(line: Line, own: Vector, trial: Vector) -> tuple[float, float, float]:
-    """Return upper bounds of η², Λ and κ."""
-    h = line.spacing
-    least = require_positive(min(float(np.min(line.tensions(side).least)) for side in (0, 1)))
-    flux = line.arms * np.diff(own)
-    foundation = line.foundation
-    springs = 0.0 if foundation is None else foundation.values * trial
-    force, size = line.load.values - springs, np.abs(line.load.values) + np.abs(springs)
-    middles = (flux[:-1] + flux[1:]) / 2
-    at_points = np.concatenate([[flux[0] + force[0] * h**2 / 2], middles, [flux[-1] - force[-1] * h**2 / 2]])
-    misfit, swing = np.zeros(flux.shape), np.zeros(flux.shape)
-    difference = np.diff(trial)
-    for side in (0, 1):
-        tension, at_point = line.tensions(side), line.at_corner(at_points, side)
-        rounding = FEW * (tension.middle * np.abs(difference) + np.abs(flux) + np.abs(at_point))
-        square = (np.abs(tension.middle * difference - (flux + at_point) / 2) + rounding) ** 2
-        square += (np.abs(flux - at_point) + rounding) ** 2 / 12
-        misfit += square / (2 * h * tension.least)
-        swing += tension.spread**2 / (2 * h * tension.least) * difference**2
-    root = rounded_up(math.sqrt(_sum(misfit))) + (rounded_up(math.sqrt(_sum(swing))) if swing.any() else 0.0)
-    nodes = line.nodes
-    reaction, rounding = np.zeros(own.shape), np.zeros(own.shape)
-    reaction[1:-1] = force[1:-1] * h**2 + np.diff(flux)
-    rounding[1:-1] = FEW * (size[1:-1] * h**2 + np.abs(flux[1:]) + np.abs(flux[:-1]))
-    stiffness = np.zeros(own.shape)
-    stiffness[1:-1] = line.arms[1:] + line.arms[:-1]
-    pressed, cost = np.zeros_like(nodes), 0.0
-    for surface, sign in line.surfaces:
-        push = sign * reaction
-        gap, large = surface.values - sign * trial, np.abs(surface.values) + np.abs(trial)
-        mean, room = np.zeros(own.shape), np.zeros(own.shape)
-        for side in (0, 1):
-            part = slice(None, -1) if side == 0 else slice(1, None)
-            mean[part] += (0.75 * line.at_corner(gap, side) + 0.25 * line.at_corner(gap, 1 - side)) / 2
-            mean[part] += surface.mean_above / 2
-            room[part] += line.at_corner(large, side) + line.at_corner(large, 1 - side) + np.abs(surface.mean_above)
-        held = nodes & (push > 0) & ((surface.values - sign * own) * stiffness < push)
-        paid = np.where(held, (mean + FEW * room) * push / h, 0.0)
-        held &= np.isfinite(paid)
-        paid = paid[held]
-        cost += sum_above((paid + FEW * np.abs(paid) + UNDERFLOW).tolist())
-        pressed |= held
-    left = np.where(pressed, 0.0, np.abs(reaction)) + rounding
-    apart = _apart(line, trial)
-    uneven = np.diff(force) / 2
-    drift = np.zeros(own.shape)
-    drift[1:-1] = np.abs(uneven[1:] - uneven[:-1]) / 4 + (apart[1:] + apart[:-1]) / 2 + FEW * size[1:-1]
-    wide = (np.abs(uneven) * _THIRD_ROOT + apart + FEW * (size[1:] + size[:-1])) ** 2
-    loose = math.sqrt(_sum(((left + h**2 * drift)[1:-1]) ** 2 / h**3))
-    span = h * flux.size
-    slack = loose * span / LESS_THAN_PI + h / LESS_THAN_PI * math.sqrt(_sum(h * wide))
-    ends = FEW * h * float(size[0] + size[-1] + (np.abs(flux[0]) + np.abs(flux[-1])) / h**2)
-    return rounded_up(root**2), cost, rounded_up((slack + ends * math.sqrt(span)) / math.sqrt(least))
-
-
-_THIRD_ROOT = 0.5773502691896258
-"""No less than the square root of a third."""
 
 
 def cable_heights(line: Line, depths: Vector) -> tuple[Vector, Vector] | None:

@@ -12,9 +12,11 @@ from ..foundation.checks import Vector
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
+from ..plotting.of_squares import Halves
 from .barriers import Barrier
 from .contact import ContactBounds, contact_bounds
 from .data import Data
+from .halves import halves_of
 from .pointwise import pointwise_bounds
 from .posed import Posed, posed_of
 from .reaction import reaction_bracket
@@ -39,6 +41,8 @@ class MembraneBounds:
         that do not belong to it.
     edges : pair of arrays, shapes (columns + 2,) and (rows + 2,)
         x and y of the lines between these squares (length).
+    halves : Halves
+        Those of the squares that slanted sides halve.
     error_bound : float
         Bound of the distance of the answer from the membrane at the nodes (length).
     largest_depth : Bracket
@@ -47,6 +51,9 @@ class MembraneBounds:
         Which of the squares it touches the support in.
     data_part : float
         How much of ``error_bound`` comes, at most, of data that are known up to a range between the nodes (length).
+    part_undecided : float
+        Part of the membrane's area that squares make up of which it is not certain whether it touches there; of a
+        square that a slanted side halves its half counts.
     rounds : (int, int)
         How often the lattice's problem was solved again, for the lower and the upper bound of the gap.
     """
@@ -59,10 +66,12 @@ class MembraneBounds:
     gap_lower_in_cells: Grid
     gap_upper_in_cells: Grid
     edges: tuple[Vector, Vector]
+    halves: Halves
     error_bound: float
     largest_depth: Bracket
     contact: ContactBounds
     data_part: float
+    part_undecided: float
     rounds: tuple[int, int]
 
 
@@ -92,20 +101,22 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
 
     bounds = pointwise_bounds(problem, problem.with_rim(numbering.to_grid(gap, ring=1)), resolved)
     low, high = bounds.lower.at_points(), bounds.upper.at_points()
-    deeper, off = posed.deflection_moves, posed.surface_error
+    support = np.where(problem.cells.closure, data.support.values, np.nan)
     # Depths are at most those of the support, where the gap is zero.
-    least_depth = (posed.surface - high) + deeper[0] - off
-    most_depth = (posed.surface - np.maximum(low, 0.0)) + deeper[1] + off
-    least_depth, most_depth = _outwards(least_depth, most_depth, posed.surface)
-    least_gap, most_gap = (bound + move for bound, move in zip((low, high), posed.gap_moves, strict=True))
-    least_gap, most_gap = _outwards(least_gap, most_gap, posed.surface)
+    least_depth = (posed.surface - high) - posed.surface_error
+    most_depth = np.minimum(posed.surface - low, support) + posed.surface_error
+    heights = np.abs(posed.surface) + np.abs(support)
+    least_depth, most_depth = _outwards(least_depth, most_depth, heights)
+    least_gap, most_gap = support - most_depth, support - least_depth
+    least_gap, most_gap = _outwards(least_gap, most_gap, heights)
     in_cells = tuple(
-        bound.on_cells() + move * (1 + 1e-12)
-        for bound, move in zip((bounds.lower, bounds.upper), posed.gap_moves, strict=True)
+        bound.on_cells() + np.broadcast_to(move, problem.cells.inside.shape)
+        for bound, move in zip((bounds.lower, bounds.upper), problem.rest, strict=True)
     )
-    in_cells = np.maximum(in_cells[0], 0.0), in_cells[1]
+    off = _ROUNDINGS * (np.abs(in_cells[0]) + np.abs(in_cells[1]) + np.abs(problem.rest[0]) + np.abs(problem.rest[1]))
+    in_cells = np.maximum(in_cells[0] - off, 0.0), in_cells[1] + off
     contact = contact_bounds(problem.cells, problem.tension, in_cells, posed.load)
-    borne = reaction_bracket(problem, bounds, contact.clear, posed.deflection_moves)
+    borne = reaction_bracket(problem, bounds, contact.clear)
     reaction = Bracket(max(borne.lower, contact.reaction.lower), min(borne.upper, contact.reaction.upper))
     contact = replace(contact, reaction=reaction)
     nodes = data.plan.nodes
@@ -121,17 +132,23 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
         gap_lower_in_cells=in_cells[0],
         gap_upper_in_cells=in_cells[1],
         edges=(data.plan.places[0].ravel(), data.plan.places[1].ravel()),
+        halves=halves_of(problem.cells, data.plan.places),
         error_bound=float(error.max(where=nodes, initial=0.0)) * (1 + 1e-15),
         largest_depth=Bracket(float(low_depth.max()), _deepest(data, posed, bounds.lower)),
         contact=contact,
-        data_part=posed.data_part,
+        data_part=posed.data_part(bounds),
+        part_undecided=_part(problem.cells.shares, contact),
         rounds=bounds.rounds,
     )
 
 
-def _outwards(lower: Grid, upper: Grid, surface: Grid) -> tuple[Grid, Grid]:
-    """Return two bounds that are formed from heights of a surface, moved apart by how sums are rounded."""
-    off = _ROUNDINGS * (np.abs(surface) + np.abs(lower) + np.abs(upper))
+def _part(shares: Grid, contact: ContactBounds) -> float:
+    return float((shares * contact.undecided).sum() / shares.sum())
+
+
+def _outwards(lower: Grid, upper: Grid, heights: Grid) -> tuple[Grid, Grid]:
+    """Return two bounds that are formed from heights, moved apart by how sums are rounded."""
+    off = _ROUNDINGS * (heights + np.abs(lower) + np.abs(upper))
     return lower - off, upper + off
 
 
@@ -139,13 +156,13 @@ def _deepest(data: Data, posed: Posed, lower: Barrier) -> float:
     """Return an upper bound of the largest depth, from the lower bound of the gap in the cells."""
     problem, support = posed.problem, data.support
     if problem.floor is None:
-        surface = np.where(problem.cells.closure, support.values, 0.0)
+        surface = np.where(problem.cells.corners, support.values, 0.0)
         excess, _ = excess_on_cells(problem.cells, lower.coefficients, surface)
         depths = support.above - excess
     else:
         excess, _ = excess_on_cells(problem.cells, lower.coefficients - problem.floor, np.zeros(posed.surface.shape))
         depths = -excess
-    lift = lower.shift + lower.multiple * problem.largest_height + posed.deflection_moves[1]
+    lift = lower.shift + lower.multiple * problem.largest_height
     highest = np.minimum(depths + lift, support.range_upper)
     found = float(highest.max(where=problem.cells.inside, initial=-np.inf))
     return found + _ROUNDINGS * (abs(found) + abs(lift))

@@ -10,7 +10,7 @@ import numpy as np
 from ..foundation.checks import Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF
 from ..geometry.numbering import Grid
-from .cells import Cells
+from .cells import Cells, at_corners, extreme_at_corners
 from .ghosts import Continuation
 from .splines import CellRanges, at_points, excess_along_rim, ranges_on_cells
 
@@ -23,8 +23,9 @@ class ObstacleProblem:
     known between lattice points, too, as a field that is bilinear on each cell, give or take a range; γ likewise on
     each edge of the rim.
 
-    Where the Laplacian of a support is not known, F is a spline that is near to it, its *floor*: then the bilinear
-    field is p alone, and splines are compared with it by their differences, see `ranges`.
+    Where the Laplacian of a support f is not known, F is a spline that is near to it, its *floor*: then the bilinear
+    field is p alone, and splines are compared with it by their differences, see `ranges`. u = F - w is then bounded
+    from below not by zero but by F - f, which each cell knows a range of.
 
     Parameters
     ----------
@@ -41,8 +42,12 @@ class ObstacleProblem:
         Least and largest of γ less its linear interpolant on each edge of the rim (length).
     floor : array, shape (rows + 4, columns + 4), optional
         Coefficients of F (length).
+    rest : pair of arrays, shape (rows + 1, columns + 1), or of numbers
+        Least and largest of f - F in each cell (length); zero without a floor.
     drive : array, shape (rows + 2, columns + 2), optional
         About q at the points, if that is not ``load``; nothing that is proven depends on it.
+    kinks : array, shape (rows + 2, columns + 2), optional
+        At points of cells in which a support has a kink, the coefficient of F less f; else zero. Nor on this.
     """
 
     cells: Cells
@@ -52,7 +57,9 @@ class ObstacleProblem:
     load_range: tuple[Grid | float, Grid | float] = (0.0, 0.0)
     height_range: tuple[float, float] = (0.0, 0.0)
     floor: Grid | None = None
+    rest: tuple[Grid | float, Grid | float] = (0.0, 0.0)
     drive: Grid | None = None
+    kinks: Grid | None = None
     continuation: Continuation = field(init=False)
 
     def __post_init__(self) -> None:
@@ -79,8 +86,16 @@ class ObstacleProblem:
 
     @cached_property
     def largest_bend(self) -> float:
-        """The largest modulus of `bend` under the load (length)."""
-        return float(np.abs(self.bend(self.wanted)).max(where=self.cells.closure, initial=0.0))
+        """The largest modulus of `bend` under the load, away from kinks (length)."""
+        even = self.cells.closure
+        if self.kinks is not None:
+            even = even & ~at_corners(extreme_at_corners(self.kinks != 0.0, np.logical_or))
+        return float(np.abs(self.bend(self.wanted)).max(where=even, initial=0.0))
+
+    @property
+    def largest_kink(self) -> float:
+        """How far a support's kinks stand out of the floor at most, about (length)."""
+        return 0.0 if self.kinks is None else float(np.abs(self.kinks).max())
 
     def with_rim(self, gap: Grid) -> Grid:
         """Return a gap at the points with the frame's in the place of what it has on the rim."""

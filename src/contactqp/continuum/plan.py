@@ -97,6 +97,12 @@ class Plan:
         return np.asarray(np.logical_or.reduce([self.at_corner(self.nodes, corner) for corner in range(4)]))
 
     @cached_property
+    def halved(self) -> Mask:
+        """Which of these squares slanted sides halve, so that the half at their node belongs to the membrane."""
+        halved = self.lattice.halved
+        return np.zeros_like(self.squares) if halved is None else halved
+
+    @cached_property
     def points(self) -> Mask:
         """Which points are corners of the membrane's squares."""
         found = np.zeros_like(self.nodes)

@@ -7,6 +7,9 @@ is less, for an upper bound, or more, by what the cells about each node have mis
 needed, and in contact is taken by the support. After a few rounds what is missed is of second order everywhere. The
 loads that are solved for are no part of the proof: it is that of the spline that comes of them.
 
+At a corner between a straight and a slanted side, at 135°, second derivatives of the membrane have no bound: what is
+missed there is paid by loads that grow as the cells shrink, on fewer and fewer nodes, in more rounds.
+
 At a corner that points inwards the membrane is singular. There the spline's coefficients are moved to its own side of
 the frame's height, and for a lower bound to where a membrane without a frame were in balance; the loads do the rest, in
 more rounds.
@@ -25,7 +28,7 @@ import numpy as np
 
 from ..geometry.numbering import Grid
 from .barriers import Barrier, subsolution, supersolution
-from .cells import largest_at_corners
+from .cells import at_corners, largest_at_corners
 from .obstacle import ObstacleProblem
 
 Resolve: TypeAlias = Callable[[Grid], Grid]
@@ -37,8 +40,17 @@ _OVER = 1.15
 _LEAST_RESPONSE = 0.2
 """Of what a change of the load was meant for, this part at least is taken to have been reached, when it is repeated."""
 
+_SLIGHT = 0.2
+"""For a lower bound a change counts as answered by a part if no more than this is left, and contact is not near."""
+
 _NEAR = 3.0
 """A lower bound is always mended where the spline is higher than so many times what a membrane bends on a cell."""
+
+_OUT = 5.0
+"""Over a support with kinks it is also tried to mend it only higher than so many times what these stand out.
+
+Loads next to an edge that the membrane leaves push it on along the edge, by a cell in each round.
+"""
 
 _STEEP = 0.3
 """What a spline may miss of the frame's height before it is mended, in units of what a membrane bends on a cell."""
@@ -49,9 +61,9 @@ _WORTH = 0.9
 """A round that leaves more than this part of the distance ends the sharpening."""
 
 _PATIENCE = 9
-"""Rounds that are made in any case where corners point inwards."""
+"""Rounds that are made in any case where corners point inwards or sides are slanted."""
 
-_SPENT = 0.03
+_SPENT = 0.3
 """The sharpening ends where the multiple of the parabola makes no more than this part of the distance."""
 
 
@@ -89,18 +101,27 @@ def pointwise_bounds(
         See `Resolve`; it need not be exact.
     rounds : int, optional
         How often the lattice problem may be solved again, for each side; by default six times on a rectangle, and
-        fourteen times where corners point inwards.
+        fourteen times where corners point inwards or sides are slanted.
     """
     if rounds is None:
-        rounds = 6 if problem.cells.convex else 14
+        rounds = 6 if problem.cells.rectangular else 14
     upper, raised = _sharpened(problem, gap, resolve, rounds, upper_from)
-    lower, lowered = _sharpened(problem, gap, resolve, rounds, lower_from)
+    spared = _NEAR * problem.largest_bend
+    lower, lowered = _sharpened(problem, gap, resolve, rounds, lower_from, spared)
+    if problem.kinks is not None:
+        above_kinks = spared + _OUT * problem.largest_kink
+        other, more = _sharpened(problem, gap, resolve, rounds, lower_from, above_kinks)
+        lowered += more
+        lower = min(lower, other, key=lambda bound: _distance(bound, gap, largest=True))
     return PointwiseBounds(lower, upper, (lowered, raised))
 
 
 def upper_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
     """Return an upper bound from the lattice's answer under a load at the points."""
     values, bend = problem.with_rim(gap), problem.bend(load)
+    if problem.kinks is not None:
+        # There the floor's kink is left to the floor, and the deflection is the spline of its values.
+        values = values + problem.kinks
     return supersolution(problem, _held_at_rim(problem, problem.continuation(values, bend, "less"), 1))
 
 
@@ -138,11 +159,11 @@ def _held_at_rim(problem: ObstacleProblem, coefficients: Grid, side: int) -> Gri
             break
         moved = np.zeros(coefficients.shape)
         first = 0
-        for (row, column), down, right in zip(problem.cells.rim, (0, 1), (1, 0), strict=True):
-            wanted = np.maximum(missing[first : first + row.size], 0.0)
-            first += row.size
-            np.maximum.at(moved, (row + 1, column + 1), wanted)
-            np.maximum.at(moved, (row + 1 + down, column + 1 + right), wanted)
+        for edges in problem.cells.rim:
+            wanted = np.maximum(missing[first : first + edges.row.size], 0.0)
+            first += edges.row.size
+            for row, column in edges.ends:
+                np.maximum.at(moved, (row + 1, column + 1), wanted)
         coefficients = coefficients + (side * _MOVED) * moved
     return coefficients
 
@@ -153,18 +174,19 @@ def _sharpened(
     resolve: Resolve,
     rounds: int,
     bound_from: Callable[[ObstacleProblem, Grid, Grid], Barrier],
+    spared: float = 0.0,
 ) -> tuple[Barrier, int]:
     """Return the best bound of some rounds, and how many there were."""
     # At a corner that points inwards much is missed at first, so that the best bound long remains that of nothing.
-    patience = 1 if problem.cells.convex else _PATIENCE
+    patience = 1 if problem.cells.rectangular else _PATIENCE
     load = np.array(problem.wanted)
     latest = best = bound_from(problem, gap, load)
     least, before = _distance(best, gap), None
     for done in range(rounds):
-        missed = largest_at_corners(_to_be_paid(latest))
+        missed = largest_at_corners(_to_be_paid(latest, spared))
         if not np.isfinite(missed).all() or problem.largest_height * missed.max() <= _SPENT * least:
             return best, done
-        load = load - latest.side * (_over(missed, before if latest.side > 0 else None) * missed)
+        load = load - latest.side * (_over(latest, missed, before) * missed)
         latest, before = bound_from(problem, resolve(load - problem.wanted), load), missed
         distance = _distance(latest, gap)
         improved, worth = distance < least, distance <= _WORTH * least
@@ -175,27 +197,34 @@ def _sharpened(
     return best, rounds
 
 
-def _to_be_paid(barrier: Barrier) -> Grid:
-    """Return the defects of cells that the load is to be changed for."""
+def _to_be_paid(barrier: Barrier, spared: float) -> Grid:
+    """Return the defects of cells that the load is to be changed for; of a lower bound those above a height."""
     if barrier.side > 0:
         return barrier.defects
-    near = min(barrier.shift, _NEAR * barrier.problem.largest_bend)
-    return np.where(barrier.ranges.most > near, barrier.defects, 0.0)
+    near = min(barrier.shift, spared)
+    return np.where(barrier.ranges.most + barrier.problem.rest[1] > near, barrier.defects, 0.0)
 
 
-def _over(missed: Grid, before: Grid | None) -> Grid | float:
+def _over(barrier: Barrier, missed: Grid, before: Grid | None) -> Grid | float:
     """Return how many times what is missed the load is changed by; where a change was answered by a part, more.
 
     For a lower bound that would push the free boundary ahead of the load: there, more load is no load on the support.
+    It is done at the corners of a rectangle, which otherwise take a round or two more than all else.
     """
     if before is None:
         return _OVER
     left = np.divide(missed, before, out=np.zeros_like(missed), where=before > 0.0)
-    return np.asarray(_OVER / np.maximum(1.0 - left, _LEAST_RESPONSE))
+    if barrier.side > 0:
+        return np.asarray(_OVER / np.maximum(1.0 - left, _LEAST_RESPONSE))
+    far = barrier.problem.cells.inside & (barrier.ranges.least > _NEAR * barrier.problem.largest_bend)
+    return np.where(at_corners(far) & (left < _SLIGHT), _OVER / np.maximum(1.0 - left, 1.0 - _SLIGHT), _OVER)
 
 
-def _distance(barrier: Barrier, gap: Grid) -> float:
-    """Return how far a bound is from the lattice's answer in the mean, which a corner alone does not decide."""
-    values = barrier.at_points() if barrier.side > 0 else np.maximum(barrier.at_points(), 0.0)
-    away = barrier.side * (values - gap)
-    return float(away[barrier.problem.cells.closure].mean()) if barrier.holds else np.inf
+def _distance(barrier: Barrier, gap: Grid, *, largest: bool = False) -> float:
+    """Return how far a bound is from the lattice's answer: in the mean, not decided by a corner alone, or at most."""
+    if not barrier.holds:
+        return np.inf
+    values = barrier.nearly_at_points()
+    away = values - gap if barrier.side > 0 else gap - np.maximum(values, 0.0)
+    within = barrier.problem.cells.closure
+    return float(away.max(where=within, initial=0.0) if largest else away.mean(where=within))

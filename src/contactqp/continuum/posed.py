@@ -1,13 +1,13 @@
 r"""A model's membrane posed as an `ObstacleProblem`, its data known on every cell.
 
 Where the second derivatives of the support f are known to lie in narrow ranges, as those of planes and paraboloids are,
-q = p + TΔf is known on every cell. Otherwise f is replaced by a spline F that goes through it nearly, with
-a ≤ f - F ≤ b. Deflections depend on their support monotonically, and no more than it changes: with w_F that over F,
+q = p + TΔf is known on every cell. Otherwise depths are counted from a spline F that goes through f nearly, with a_K
+≤ f - F ≤ b_K in each cell: u = F - w ≥ F - f is the obstacle problem, see `contactqp.continuum.barriers`, so that a
+kink in f costs no more than a cell in which it is not known whether the membrane touches, or by how much a support that
+it presses on sticks out. That with the smaller uncertainty is taken.
 
-.. math:: w_F + \min(a, 0) ≤ w_f ≤ w_F + \max(b, 0).
-
-(For f ≤ F + b, and w_F + max(b, 0) is no less than the frame and has at least the load's curvature where it does not
-rest on F + b; likewise from below with the roles changed.) That with the smaller uncertainty is taken.
+Of a square that a slanted side halves the data are needed on the half alone; they are bounded on the whole square, for
+which a function is asked beyond the frame, and an array goes on as it lies on the half.
 """
 
 from __future__ import annotations
@@ -22,10 +22,13 @@ from ..foundation.rounding import UNIT_ROUNDOFF
 from ..foundation.surfaces import Ranged
 from ..geometry.numbering import Grid
 from ..profiles.analytic import Profile
-from .cells import Cells, extreme_at_corners
+from .cell_fields import CellField
+from .cells import Cells, at_corners, extreme_at_corners
 from .data import Data
 from .ghosts import Continuation
+from .halves import away_from_chords, linear_on_halves
 from .obstacle import ObstacleProblem
+from .pointwise import PointwiseBounds
 from .splines import at_points, excess_along_rim, excess_on_cells
 
 _SLACK = 16 * UNIT_ROUNDOFF
@@ -44,9 +47,7 @@ class Posed:
     surface : array, shape (rows + 2, columns + 2)
         The problem's support at the points, as depths (length).
     surface_error : float
-        How far the numbers in ``surface`` may be from it (length).
-    rest : (float, float)
-        Least and largest of the membrane's support less the problem's (length).
+        How far the numbers in ``surface``, and the membrane's support at the points, may be off (length).
     load : pair of arrays, shape (rows + 1, columns + 1)
         Bounds of q = p + TΔf in each cell (force per area).
     """
@@ -54,29 +55,24 @@ class Posed:
     problem: ObstacleProblem
     surface: Grid
     surface_error: float
-    rest: tuple[float, float]
     load: tuple[Grid, Grid]
 
     @property
-    def data_part(self) -> float:
-        """How far bounds may be apart because data are known up to a range between the nodes (length)."""
+    def rest(self) -> tuple[float, float]:
+        """Least and largest of the membrane's support less the problem's (length)."""
+        inside = self.problem.cells.inside
+        least, most = (np.broadcast_to(end, inside.shape)[inside] for end in self.problem.rest)
+        return float(least.min()), float(most.max())
+
+    def data_part(self, bounds: PointwiseBounds) -> float:
+        """Return how far bounds may be apart because data are known up to a range between the nodes (length)."""
         problem = self.problem
         apart = np.asarray(problem.load_range[1]) - np.asarray(problem.load_range[0])
         apart = np.broadcast_to(apart, problem.cells.inside.shape)
         loads = float(apart.max(where=problem.cells.inside, initial=0.0)) * problem.largest_height
-        return loads + (problem.height_range[1] - problem.height_range[0]) + (self.rest[1] - self.rest[0])
-
-    @property
-    def gap_moves(self) -> tuple[float, float]:
-        """What is added to a lower and to an upper bound of the problem's gap for one of the membrane's (length)."""
-        least, most = self.rest
-        return least - max(most, 0.0), most - min(least, 0.0)
-
-    @property
-    def deflection_moves(self) -> tuple[float, float]:
-        """What is added to a lower and to an upper bound of the deflection over the problem's support (length)."""
-        least, most = self.rest
-        return min(least, 0.0), max(most, 0.0)
+        # What a spline lies beside the support by is paid by shifts alone.
+        rest = min(self.rest[1] - self.rest[0], bounds.upper.shift + bounds.lower.shift)
+        return loads + (problem.height_range[1] - problem.height_range[0]) + rest
 
 
 def posed_of(data: Data) -> Posed:
@@ -85,13 +81,19 @@ def posed_of(data: Data) -> Posed:
     Raises
     ------
     ValueError
-        If it is not one over one support, of constant tension, on a frame along lines of the lattice.
+        If it is not one over one support, of constant tension, on a frame along lines of the lattice, or a convex one
+        along diagonals of its squares as well.
     """
     _refuse(data)
-    cells = Cells(data.model.lattice.mask, data.model.lattice.spacing)
+    cells = Cells(data.model.lattice.mask, data.model.lattice.spacing, data.model.lattice.halved)
+    if cells.cut.any() and not cells.convex:
+        raise ValueError(
+            f"{data.model!r}: of frames with sides along diagonals effort='pointwise' encloses convex ones, and this "
+            "has corners that point inwards, or several parts"
+        )
     tension = float(data.model.tension)
     laplacian = _laplacian(data)
-    sizes = float(np.abs(data.support.values).max(where=cells.closure, initial=0.0))
+    sizes = float(np.abs(data.support.values).max(where=cells.corners, initial=0.0))
     doubt = np.inf  # how far a membrane's gap moves by what is not known of the Laplacian
     if laplacian is not None:
         width = float((laplacian.upper - laplacian.lower).max(where=cells.inside, initial=0.0))
@@ -116,9 +118,10 @@ def _refuse(data: Data) -> None:
     elif not np.isfinite(data.support.values[data.plan.points]).all():
         unfit = "parts without a support"
     if unfit:
+        other = "" if data.plan.halved.any() else "; effort='energy' does"
         raise ValueError(
-            f"{model!r}: effort='pointwise' encloses a membrane of one tension over one support, not one with {unfit}; "
-            "effort='energy' does"
+            f"{model!r}: effort='pointwise' encloses a membrane of one tension over one support, not one with {unfit}"
+            f"{other}"
         )
 
 
@@ -144,64 +147,94 @@ def _over_support(data: Data, cells: Cells, tension: float, laplacian: Interval)
     held = _laplacian(data, at="points")
     assert held is not None
     with np.errstate(invalid="ignore"):
-        bent = np.where(cells.closure, tension * (held.lower + (held.upper - held.lower) / 2), 0.0)
-    pressed = np.where(cells.closure, data.load.values, 0.0)
+        bent = np.where(cells.corners, tension * (held.lower + (held.upper - held.lower) / 2), 0.0)
+    load, support = _known(data, cells, "load"), _known(data, cells, "support")
+    pressed = np.where(cells.corners, load.values, 0.0)
     corners = [extreme_at_corners(bent, extreme) for extreme in (np.maximum, np.minimum)]
     room = _SLACK * (float(np.abs(bent).max()) + float(np.abs(pressed).max()))
     load_range = (
-        tension * laplacian.lower - corners[0] - data.load.below - room,
-        tension * laplacian.upper - corners[1] + data.load.above + room,
+        tension * laplacian.lower - corners[0] - load.below - room,
+        tension * laplacian.upper - corners[1] + load.above + room,
     )
-    load = pressed + bent
-    bounds = _load_bounds(data, tension, laplacian, room)
-    support, frame = data.support, data.frame
-    edges = data.plan.frame_edges > 0
-    sizes = float(np.abs(support.values).max(where=cells.closure, initial=0.0))
-    heights, room = _heights(data, np.where(cells.closure, support.values, 0.0), sizes)
-    height_range = (
-        -float((support.below + frame.above).max(where=edges, initial=0.0)) - room,
-        float((support.above + frame.below).max(where=edges, initial=0.0)) + room,
-    )
-    problem = ObstacleProblem(cells, tension, load, heights, load_range, height_range)
-    error = float(np.broadcast_to(support.rounding, cells.inside.shape).max(where=cells.inside, initial=0.0))
-    return Posed(problem, support.values, error, (0.0, 0.0), bounds)
+    bounds = _load_bounds(load, cells, tension, laplacian, room)
+    sizes = float(np.abs(support.values).max(where=cells.corners, initial=0.0))
+    heights, room = _heights(data, cells, np.where(cells.corners, support.values, 0.0), sizes)
+    frame, own = _beside_chords(data, cells, "frame_height"), _beside_chords(data, cells, "support")
+    height_range = -float((own[0] + frame[1]).max()) - room, float((own[1] + frame[0]).max()) + room
+    problem = ObstacleProblem(cells, tension, pressed + bent, heights, load_range, height_range)
+    return Posed(problem, support.values, _off_at_points(support, cells), bounds)
 
 
 def _over_spline(data: Data, cells: Cells, tension: float, laplacian: Interval | None) -> Posed:
     """Return the problem over a spline through the support."""
-    support, closure = data.support, cells.closure
-    values = np.where(closure, support.values, 0.0)
+    load, support = _known(data, cells, "load"), _known(data, cells, "support")
+    corners = cells.corners
+    values = np.where(corners, support.values, 0.0)
     floor = _spline_through(cells, values)
-    least, most = excess_on_cells(cells, floor, values)
-    rest = float((-most - support.below)[cells.inside].min()), float((support.above - least)[cells.inside].max())
-    on_floor, error = at_points(floor)
     # A spline that goes below the frame is raised, by which it is farther from the support.
-    frame, edges = np.where(closure, data.frame.values, 0.0), data.plan.frame_edges > 0
-    frame_above = float(np.asarray(data.frame.above).max(where=edges, initial=0.0))
-    frame_below = float(np.asarray(data.frame.below).max(where=edges, initial=0.0))
+    frame = np.where(corners, data.frame.values, 0.0)
+    frame_below, frame_above = (float(side.max()) for side in _beside_chords(data, cells, "frame_height"))
     missing = frame_above - float(excess_along_rim(cells, floor, frame)[0].min())
     if missing > 0.0:
         floor = floor + missing * (1 + _SLACK)
-        on_floor, error = at_points(floor)
-        off = _SLACK * float(np.abs(floor).max())
-        rest = rest[0] - missing * (1 + 2 * _SLACK) - off, rest[1] - missing + off
+    least, most = excess_on_cells(cells, floor, values)
+    rest = -most - support.below, support.above - least
+    off = _SLACK * (np.abs(rest[0]) + np.abs(rest[1]) + np.abs(least) + np.abs(most))
+    rest = rest[0] - off, rest[1] + off
+    on_floor, error = at_points(floor)
     sizes = float(np.abs(floor).max() + np.abs(frame).max())
-    heights, room = _heights(data, on_floor, sizes)
+    heights, room = _heights(data, cells, on_floor, sizes)
     along = excess_along_rim(cells, floor, on_floor)
     room += 2 * error
     height_range = float(along[0].min()) - frame_above - room, float(along[1].max()) + frame_below + room
-    pressed = np.where(closure, data.load.values, 0.0)
+    pressed = np.where(corners, load.values, 0.0)
     bend = floor[:-2, 1:-1] + floor[2:, 1:-1] + floor[1:-1, :-2] + floor[1:-1, 2:] - 4.0 * floor[1:-1, 1:-1]
-    drive = np.where(closure, pressed + bend * (tension / cells.spacing**2), 0.0)
+    drive = np.where(corners, pressed + bend * (tension / cells.spacing**2), 0.0)
     problem = ObstacleProblem(
         *(cells, tension, pressed, heights),
-        (-np.asarray(data.load.below), np.asarray(data.load.above)),
+        (-np.asarray(load.below), np.asarray(load.above)),
         height_range,
         floor,
+        rest,
         drive,
+        _kinks(cells, support, floor, values),
     )
-    bounds = _load_bounds(data, tension, laplacian, 0.0)
-    return Posed(problem, on_floor, error, rest, bounds)
+    bounds = _load_bounds(load, cells, tension, laplacian, 0.0)
+    return Posed(problem, on_floor, error + _off_at_points(support, cells), bounds)
+
+
+def _kinks(cells: Cells, support: CellField, floor: Grid, values: Grid) -> Grid | None:
+    """Return the floor's coefficients less the support's values at nodes of cells with kinks, zero elsewhere."""
+    bent = np.isinf(support.bent_below) | np.isinf(support.bent_above)
+    where = at_corners(cells.inside & bent) & cells.nodes
+    return np.where(where, floor[1:-1, 1:-1] - values, 0.0) if where.any() else None
+
+
+def _known(data: Data, cells: Cells, name: str) -> CellField:
+    """Return load or support on all of the cells, halved ones among them."""
+    field: CellField = getattr(data, name)
+    return linear_on_halves(field, cells) if _linear(data, name, field) else field
+
+
+def _linear(data: Data, name: str, field: CellField) -> bool:
+    """Return whether a field is meant as the interpolant of its values at the points."""
+    return not (callable(data.model.given.get(name)) and field.exact)
+
+
+def _off_at_points(support: CellField, cells: Cells) -> float:
+    """Return how far the support's values at the points may be off (length)."""
+    return float(np.broadcast_to(support.rounding, cells.inside.shape).max(where=cells.inside, initial=0.0))
+
+
+def _beside_chords(data: Data, cells: Cells, name: str) -> tuple[Grid, Grid]:
+    """Return how far support or frame lie below and above chords of the rim in each cell, zero where is none."""
+    field = data.support if name == "support" else data.frame
+    edges = (data.plan.frame_edges > 0) & cells.whole
+    beside = away_from_chords(field, cells, _linear(data, name, field))
+    below, above = (
+        np.where(edges, side, found) for side, found in zip((field.below, field.above), beside, strict=True)
+    )
+    return below, above
 
 
 def _spline_through(cells: Cells, values: Grid) -> Grid:
@@ -231,22 +264,39 @@ def _spline_through(cells: Cells, values: Grid) -> Grid:
 _EIGHT = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
 
-def _load_bounds(data: Data, tension: float, laplacian: Interval | None, room: float) -> tuple[Grid, Grid]:
+def _load_bounds(
+    load: CellField, cells: Cells, tension: float, laplacian: Interval | None, room: float
+) -> tuple[Grid, Grid]:
     """Return bounds of p + TΔf in each cell."""
-    inside = data.plan.squares
-    lower = np.broadcast_to(data.load.range_lower, inside.shape)
-    upper = np.broadcast_to(data.load.range_upper, inside.shape)
+    shape = cells.inside.shape
+    lower, upper = np.broadcast_to(load.range_lower, shape), np.broadcast_to(load.range_upper, shape)
     if laplacian is None:
-        return np.full(inside.shape, -np.inf), np.full(inside.shape, np.inf)
+        return np.full(shape, -np.inf), np.full(shape, np.inf)
     sizes = room + _SLACK * (np.abs(lower) + np.abs(upper))
     return lower + tension * laplacian.lower - sizes, upper + tension * laplacian.upper + sizes
 
 
-def _heights(data: Data, surface: Grid, sizes: float) -> tuple[Grid, float]:
+def _heights(data: Data, cells: Cells, surface: Grid, sizes: float) -> tuple[Grid, float]:
     """Return γ = f - g at the points of the rim, zero elsewhere, and how far it may be off by rounding."""
-    rim = data.plan.frame
+    rim = cells.closure & ~cells.nodes
     frame = np.where(rim, data.frame.values, 0.0)
     heights, room = np.where(rim, surface - frame, 0.0), _ROOM * (sizes + float(np.abs(frame).max()))
     if heights.min() < -room:
         raise ValueError(f"{data.model!r}: the support lies above the frame, which leaves no room for a membrane")
+    _require_room(data, cells, heights, room)
     return np.maximum(heights, 0.0), room
+
+
+def _require_room(data: Data, cells: Cells, heights: Grid, room: float) -> None:
+    """Refuse a support that is not known to leave room for the frame all along its slanted sides."""
+    if data.model.given.get("support") is data.model.given.get("frame_height", 0.0):
+        return
+    below = _beside_chords(data, cells, "support")[0] + _beside_chords(data, cells, "frame_height")[1]
+    for edges in cells.slanted:
+        start, end = (heights[place] for place in edges.ends)
+        away = below[edges.row, edges.column - (edges.step[1] < 0)]
+        if (np.minimum(start, end) - away < -room).any():
+            raise ValueError(
+                f"{data.model!r}: the support is not known to leave room for the frame along its slanted sides, "
+                "between points of the lattice: take a finer lattice, or move them apart"
+            )

@@ -15,7 +15,7 @@ Splines*, 1978, ch. X): ∫B_i B_j = h B⁷(i - j), ∫B_i B_j'' is its second d
 \|∫(q - q̄)φ\| is at most h² times the range of q, half that of φ; q̄ is the mean of q, which lies between the mean of its
 values at the corners and what it may differ from its bilinear interpolant by.
 
-Over a spline F in the place of the support, u is F - w, and q is p + TΔF: ∫ρ = ∫pφ + T∫wΔφ, where w is bounded as well.
+Over a spline F in the place of the support, u is F - w, and q is p + TΔF: ∫ρ = ∫pφ + T∫wΔφ, where L ≤ F - w ≤ U.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..foundation.brackets import Bracket, sum_above, sum_below
+from ..foundation.brackets import Bracket, sum_within
 from ..foundation.checks import Mask
 from ..foundation.loading import load_modules
 from ..foundation.rounding import UNDERFLOW, gamma
@@ -43,9 +43,7 @@ _ERROR = gamma(64)
 """Relative to the sum of moduli: each number is formed by fewer roundings than half of these."""
 
 
-def reaction_bracket(
-    problem: ObstacleProblem, bounds: PointwiseBounds, clear: Mask, moves: tuple[float, float]
-) -> Bracket:
+def reaction_bracket(problem: ObstacleProblem, bounds: PointwiseBounds, clear: Mask) -> Bracket:
     """Return a bracket of the force that the support bears; infinite where the frame is not certainly clear.
 
     Parameters
@@ -54,8 +52,6 @@ def reaction_bracket(
     bounds : PointwiseBounds
     clear : array of bool, shape (rows + 1, columns + 1)
         Cells that are certainly clear.
-    moves : (float, float)
-        What is added to a lower and to an upper bound of the deflection over the problem's support, see `Posed`.
     """
     cells = problem.cells
     cutoff = cutoff_of(cells, clear)
@@ -68,15 +64,17 @@ def reaction_bracket(
     middle = middle if problem.floor is None else middle - problem.floor
     terms = weights * middle
     # Coefficients where no product with φ is left do not count.
-    work = tension * math.fsum(terms.ravel())
-    off = (
+    added, mean = sum_within(terms), _means(cutoff)
+    pressed = sum_within(mean)
+    work = tension * (added.lower + added.upper) / 2.0
+    pushed = (upper.multiple - lower.multiple) / 2.0 * area * (pressed.lower + pressed.upper) / 2.0
+    off = tension * (added.upper - added.lower)
+    off += (upper.multiple + lower.multiple) * area * (pressed.upper - pressed.lower) + _ERROR * abs(pushed)
+    off += (
         tension
         * _ERROR
         * float((sizes * (np.abs(middle) + np.abs(lower.coefficients) + np.abs(upper.coefficients))).sum())
     )
-    mean = _means(cutoff)
-    pushed = (upper.multiple - lower.multiple) / 2.0 * area * math.fsum(mean.ravel())
-    off += _ERROR * abs(pushed)
     bent = ranges_on_cells(cells, cutoff, 1.0, np.zeros(cells.nodes.shape))
     inside = cells.inside
     steep = np.maximum(np.abs(bent.least_excess), np.abs(bent.most_excess))
@@ -84,7 +82,7 @@ def reaction_bracket(
     slip = problem.slip(upper.coefficients) + problem.slip(lower.coefficients)
     slip += 4 * _ERROR * float(np.abs(upper.coefficients).max() + np.abs(lower.coefficients).max())
     lifts = (upper.multiple + lower.multiple) * problem.largest_height + upper.shift + lower.shift
-    apart = between + lifts + slip + (moves[1] - moves[0])
+    apart = between + lifts + slip
     off += tension * area * float((steep * apart)[inside].sum()) / 2.0 * (1 + _ERROR)
     low, high = _loads(problem, mean, cutoff)
     least, most = low - work + pushed - off, high - work + pushed + off
@@ -104,7 +102,7 @@ def cutoff_of(cells: Cells, clear: Mask) -> Grid | None:
     if not touched.any():
         return np.zeros(tuple(np.array(cells.nodes.shape) + 2))
     ones = _blocks(touched)
-    zeros = _blocks(~cells.inside) | ~_blocks(cells.inside)
+    zeros = _blocks(~cells.whole) | ~_blocks(cells.whole)
     zeros[:3], zeros[-3:], zeros[:, :3], zeros[:, -3:] = True, True, True, True
     if (ones & zeros).any():
         return None
@@ -148,9 +146,9 @@ def _loads(problem: ObstacleProblem, mean: Grid, cutoff: Grid) -> tuple[float, f
     """Return bounds of the integral of the load times φ."""
     cells = problem.cells
     inside, area = cells.inside, cells.spacing**2
-    load = np.where(cells.closure, problem.load, 0.0)
+    load = np.where(cells.corners, problem.load, 0.0)
     corners = np.stack([load[:-1, :-1], load[1:, :-1], load[:-1, 1:], load[1:, 1:]])
-    below, above = (np.broadcast_to(end, inside.shape) for end in problem.load_range)
+    below, above = (np.where(inside, end, 0.0) for end in problem.load_range)
     spread = (corners.max(axis=0) - corners.min(axis=0)) + (above - below)
     # φ lies between the least and the largest of 16 coefficients.
     rows, columns = inside.shape
@@ -164,5 +162,5 @@ def _loads(problem: ObstacleProblem, mean: Grid, cutoff: Grid) -> tuple[float, f
         average, shares = corners.mean(axis=0)[counts], mean[counts]
         least = (average + below[counts]) * shares - off
         most = (average + above[counts]) * shares + off
-    low, high = sum_below(least) * area, sum_above(most) * area
+    low, high = sum_within(least).lower * area, sum_within(most).upper * area
     return low - _ERROR * abs(low), high + _ERROR * abs(high)

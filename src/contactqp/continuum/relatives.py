@@ -17,7 +17,7 @@ from ..geometry.numbering import Grid
 from ..models.base import ContactModel
 from ..models.membrane import Membrane
 from .data import Data
-from .plan import Plan
+from .plan import CORNERS, Plan
 
 
 def finer(model: ContactModel) -> Membrane:
@@ -28,11 +28,23 @@ def finer(model: ContactModel) -> Membrane:
     Raises
     ------
     TypeError, ValueError
-        If the model is no membrane whose frame runs along lines of its lattice.
+        If the model is no membrane whose frame runs along lines of its lattice, or diagonals of its squares.
     """
     data = _data_of(model)
-    mask = _refined(data.plan)
-    return _made(data, mask, data.plan.spacing / 2, (0, 0), prolonged)
+    plan = data.plan
+    halved = np.nonzero(plan.halved)
+
+    def carry(points: Grid) -> Grid:
+        found = prolonged(points)
+        if halved[0].size:
+            # The middle of a square that is halved lies on the frame, between the two corners that do.
+            corners = np.stack([plan.at_corner(points, corner)[halved] for corner in range(4)])
+            ends = np.stack([plan.at_corner(plan.nodes, (corner + 1) % 4)[halved] for corner in range(4)])
+            ends |= np.roll(ends, 2, axis=0)
+            found[1::2, 1::2][halved] = np.where(ends, corners, 0.0).sum(axis=0) / 2
+        return found
+
+    return _made(data, _refined(plan), plan.spacing / 2, (0, 0), carry)
 
 
 def coarser(model: ContactModel) -> Membrane | None:
@@ -50,14 +62,34 @@ def coarser(model: ContactModel) -> Membrane | None:
             mask = nodes[row::2, column::2]
             if not mask.any():
                 continue
-            lattice = Lattice.from_mask(mask, 2 * data.plan.spacing)
-            again = _refined(Plan(lattice))[2 - row :, 2 - column :]
-            wanted = np.zeros_like(again)
-            known = nodes[: again.shape[0], : again.shape[1]]
-            wanted[: known.shape[0], : known.shape[1]] = known
-            if np.array_equal(again, wanted) and wanted.sum() == nodes.sum():
-                return _made(data, mask, 2 * data.plan.spacing, (row, column), partial(_thinned, row, column))
+            lattice = _lattice(mask, _doubled(data.plan, mask.shape, row, column), 2 * data.plan.spacing)
+            fine = _refined(Plan(lattice))
+            same = _same(fine.mask[2 - row :, 2 - column :], nodes)
+            if same and _same(_squares(fine)[2 - row :, 2 - column :], data.plan.halved):
+                return _made(data, lattice, 2 * data.plan.spacing, (row, column), partial(_thinned, row, column))
     return None
+
+
+def _doubled(plan: Plan, shape: tuple[int, ...], row: int, column: int) -> Mask:
+    """Return which squares of twice the side are halved: those of one node, through whose middle the frame runs."""
+    rows, columns = shape[0] + 1, shape[1] + 1
+    nodes = np.pad(plan.nodes, 2)[row:, column:]
+    own, middles = nodes[::2, ::2].astype(np.int64), nodes[1::2, 1::2][:rows, :columns]
+    count = own[:rows, :columns] + own[1:][:rows, :columns] + own[:rows, 1:][:, :columns] + own[1:, 1:][:rows, :columns]
+    return np.asarray((count == 1) & ~middles)
+
+
+def _squares(lattice: Lattice) -> Mask:
+    """Return which of the squares between the points of a lattice's own array are halved."""
+    rows, columns = lattice.shape
+    return np.zeros((rows - 1, columns - 1), dtype=np.bool_) if lattice.halved is None else lattice.halved[1:-1, 1:-1]
+
+
+def _same(one: Mask, two: Mask) -> bool:
+    """Return whether two arrays that begin at the same place have the same points, whatever is beyond either."""
+    rows, columns = (min(sizes) for sizes in zip(one.shape, two.shape, strict=True))
+    within = np.array_equal(one[:rows, :columns], two[:rows, :columns])
+    return bool(within and one.sum() == two.sum() == one[:rows, :columns].sum())
 
 
 def _thinned(row: int, column: int, points: Grid) -> Grid:
@@ -97,18 +129,31 @@ def _data_of(model: ContactModel) -> Data:
     return Data.of(model)
 
 
-def _refined(plan: Plan) -> Mask:
+def _lattice(mask: Mask, halved: Mask, spacing: float) -> Lattice:
+    some = bool(halved.any())
+    return Lattice(mask, spacing, slanted=some, halved=halved if some else None)
+
+
+def _refined(plan: Plan) -> Lattice:
     """Return the nodes of the same region on a lattice of half the spacing, on an array that begins at its ring."""
     nodes = plan.nodes
     mask = np.zeros((2 * nodes.shape[0] - 1, 2 * nodes.shape[1] - 1), dtype=np.bool_)
     mask[::2, ::2] = nodes
     mask[::2, 1::2] = nodes[:, 1:] | nodes[:, :-1]
     mask[1::2, ::2] = nodes[1:] | nodes[:-1]
-    mask[1::2, 1::2] = plan.squares
-    return mask
+    mask[1::2, 1::2] = plan.squares & ~plan.halved
+    halved = np.zeros((mask.shape[0] + 1, mask.shape[1] + 1), dtype=np.bool_)
+    for corner, (down, right) in enumerate(CORNERS):
+        # Beside the corner at the node, two of the four smaller squares are halved.
+        halved[1 + down : -1 : 2, 1 + right : -1 : 2] = plan.halved & (
+            plan.at_corner(nodes, corner - 1) | plan.at_corner(nodes, (corner + 1) % 4)
+        )
+    return _lattice(mask, halved, plan.spacing / 2)
 
 
-def _made(data: Data, mask: Mask, spacing: float, first: tuple[int, int], carry: Callable[[Grid], Grid]) -> Membrane:
+def _made(
+    data: Data, shape: Lattice, spacing: float, first: tuple[int, int], carry: Callable[[Grid], Grid]
+) -> Membrane:
     """Return a model of the same data on another lattice, to which ``carry`` brings values at the points."""
     model, plan = data.model, data.plan
     sign = -1.0 if model.upwards else 1.0
@@ -123,7 +168,7 @@ def _made(data: Data, mask: Mask, spacing: float, first: tuple[int, int], carry:
         made[name] = given if whole else turn * _infinite_kept(carry, field.values)
     x, y = plan.lattice.ring_coordinates(np.array(first[0]), np.array(first[1]))
     tensions = tuple(_tension(data, k, carry) for k in range(len(model.tension_of_arms.fields)))
-    lattice = Lattice.from_mask(mask, spacing, (float(x), float(y)))
+    lattice = Lattice(shape.mask, spacing, (float(x), float(y)), slanted=shape.slanted, halved=shape.halved)
     tension = tensions[0] if model.tension_of_arms.same else tensions
     with warnings.catch_warnings():
         # What is strange about the data was told when the model was made.

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..foundation.rounding import UNDERFLOW, gamma
+from ..geometry.numbering import Grid
 
 FEW = gamma(40)
 """More roundings than any of the short sums has in a chain."""
@@ -28,3 +31,14 @@ def rounded_up(value: float) -> float:
 def or_infinite(bound: float, away: int) -> float:
     """Return a bound, the infinite one on the side ``away`` (1 or -1) where it is not a number."""
     return away * math.inf if math.isnan(bound) else bound
+
+
+def finite_or_nan(values: Grid) -> Grid:
+    """Return numbers that are to be bounded, no numbers where they have overflowed: an infinity is not their value.
+
+    Examples
+    --------
+    >>> finite_or_nan(np.array([1.0, -np.inf]))
+    array([ 1., nan])
+    """
+    return np.where(np.isfinite(values), values, np.nan)

@@ -108,3 +108,37 @@ def ranges(c, q, inside, factor, least_excess, most_excess, least, most, first, 
                 least[i, j], most[i, j] = low_value[j] * _THIRTY_SIXTH - error, high_value[j] * _THIRTY_SIXTH + error
             else:
                 least_excess[i, j] = most_excess[i, j] = least[i, j] = most[i, j] = np.nan
+
+
+@njit(
+    f"void({GRID}, {GRID}, boolean[:, ::1], {GRID}, {GRID}, int64, int64)",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def excesses(c, f, inside, least, most, first, last):  # type: ignore[no-untyped-def]
+    """Write, for the cells in rows [first, last), the least and largest Bernstein coefficient of s - f, nan outside.
+
+    They are rounded as they come; f is bilinear on each cell.
+    """
+    cells = inside.shape[1]
+    column, beside = np.empty(cells + 3), np.empty(cells + 1)
+    low, high = np.empty(cells), np.empty(cells)
+    for i in range(first, last):
+        low[:], high[:] = np.inf, -np.inf
+        for a in range(4):
+            for j in range(cells + 3):
+                column[j] = _in_bernstein_form(a, c[i, j], c[i + 1, j], c[i + 2, j], c[i + 3, j])
+            for j in range(cells + 1):
+                beside[j] = (3.0 - a) * f[i, j] + a * f[i + 1, j]
+            for b in range(4):
+                for j in range(cells):
+                    value = _in_bernstein_form(b, column[j], column[j + 1], column[j + 2], column[j + 3])
+                    field = (3.0 - b) * beside[j] + b * beside[j + 1]
+                    excess = value * _THIRTY_SIXTH - field * _NINTH
+                    low[j], high[j] = _smaller(excess, low[j]), _larger(excess, high[j])
+        for j in range(cells):
+            if inside[i, j]:
+                least[i, j], most[i, j] = low[j], high[j]
+            else:
+                least[i, j] = most[i, j] = np.nan

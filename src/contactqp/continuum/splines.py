@@ -32,6 +32,7 @@ Arrays of coefficients have one more ring than those of points: c[i + 1, j + 1] 
 
 from __future__ import annotations
 
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +42,7 @@ from ..foundation.loading import load_modules
 from ..foundation.rounding import UNDERFLOW, gamma
 from ..foundation.threads import shared_team
 from ..geometry.numbering import Grid
-from .cells import Cells
+from .cells import Cells, Edges
 
 _ERROR = gamma(24)
 
@@ -84,13 +85,13 @@ def ranges_on_cells(cells: Cells, coefficients: Grid, tension: float, field: Gri
 
     factor = tension / (18.0 * cells.spacing**2)
     largest = float(np.abs(coefficients).max()) * (36.0 + 144.0 * factor)
-    if not largest + 9.0 * float(np.abs(field).max(where=cells.closure, initial=0.0)) < _LARGEST:
+    if not largest + 9.0 * float(np.abs(field).max(where=cells.corners, initial=0.0)) < _LARGEST:
         endless = np.where(cells.inside, np.inf, np.nan)
         return CellRanges(-endless, endless, -endless, endless)
     found = [np.empty(cells.inside.shape) for _ in range(4)]
     team = shared_team()
     strips = team.strips(0, cells.inside.shape[0], cells.inside.shape[1])
-    given = np.ascontiguousarray(coefficients), np.ascontiguousarray(np.where(cells.closure, field, 0.0))
+    given = np.ascontiguousarray(coefficients), np.ascontiguousarray(np.where(cells.corners, field, 0.0))
     team.run(ranges, strips, *given, cells.inside, factor, *found)
     return CellRanges(*found)
 
@@ -123,30 +124,50 @@ def excess_along_rim(cells: Cells, coefficients: Grid, heights: Grid) -> tuple[V
         On the edges, in the order of `Cells.rim`.
     """
     found = []
-    for (row, column), down, right in zip(cells.rim, (0, 1), (1, 0), strict=True):
-        # Four coefficients along the edge, each of which three across it make up.
-        lines = []
-        for along in range(4):
-            before, at, after = (
-                coefficients[row + along * down + across * right, column + along * right + across * down]
-                for across in range(3)
-            )
-            lines.append(
-                ((before + 4.0 * at) + after, np.maximum(np.maximum(np.abs(before), np.abs(at)), np.abs(after)))
-            )
-        first, second, third, fourth = (line for line, _ in lines)
-        start, end = heights[row, column], heights[row + down, column + right]
-        bernstein = (
-            ((first + 4.0 * second) + third) / 36.0 - start,
-            (2.0 * second + third) / 18.0 - (2.0 * start + end) / 3.0,
-            (second + 2.0 * third) / 18.0 - (start + 2.0 * end) / 3.0,
-            ((second + 4.0 * third) + fourth) / 36.0 - end,
-        )
-        size = np.maximum.reduce([np.abs(start), np.abs(end), *(largest for _, largest in lines)])
+    for edges in cells.rim:
+        start, end = (heights[place] for place in edges.ends)
+        values, largest = (_along_diagonals if all(edges.step) else _along_lines)(edges, coefficients)
+        degree = len(values) - 1
+        bernstein = [value - ((degree - part) * start + part * end) / degree for part, value in enumerate(values)]
+        size = np.maximum.reduce([np.abs(start), np.abs(end), largest])
         error = 2.0 * _ERROR * size + UNDERFLOW
         found.append((np.minimum.reduce(bernstein) - error, np.maximum.reduce(bernstein) + error))
-    (least, most), (others_least, others_most) = found
-    return np.concatenate([least, others_least]), np.concatenate([most, others_most])
+    least, most = zip(*found, strict=True)
+    return np.concatenate(least), np.concatenate(most)
+
+
+def _along_lines(edges: Edges, coefficients: Grid) -> tuple[list[Vector], Vector]:
+    """Return the four Bernstein coefficients of a spline along sides of cells, and the largest modulus that enters."""
+    (down, right), lines, largest = edges.step, [], []
+    for along in range(4):
+        # Four coefficients along the edge, each of which three across it make up.
+        before, at, after = (
+            coefficients[edges.row + along * down + across * right, edges.column + along * right + across * down]
+            for across in range(3)
+        )
+        lines.append((before + 4.0 * at) + after)
+        largest += [np.abs(before), np.abs(at), np.abs(after)]
+    return [_bernstein(lines, part) / 36.0 for part in range(4)], np.maximum.reduce(largest)
+
+
+def _along_diagonals(edges: Edges, coefficients: Grid) -> tuple[list[Vector], Vector]:
+    """Return the seven Bernstein coefficients of a spline along diagonals, and the largest modulus that enters.
+
+    With the sixteen b_kl of the cell, those of the polynomial in (t, t) are the means of b_kl with k + l = m, weighted
+    by the products of binomials: B_k(t) B_l(t) = (3 k)(3 l)/(6 m) B_m(t). On the other diagonal l counts backwards.
+    """
+    back = edges.step[1] < 0
+    column = edges.column - back
+    block = [[coefficients[edges.row + i, column + j] for j in range(4)] for i in range(4)]
+    rows = [[_bernstein([block[i][j] for i in range(4)], part) for j in range(4)] for part in range(4)]
+    net = [[_bernstein(row, part) / 36.0 for part in range(4)] for row in rows]
+    if back:
+        net = [row[::-1] for row in net]
+    values = []
+    for m in range(7):
+        parts = [(comb(3, k) * comb(3, m - k), net[k][m - k]) for k in range(max(0, m - 3), min(3, m) + 1)]
+        values.append(np.asarray(sum(weight * part for weight, part in parts) / comb(6, m)))
+    return values, np.maximum.reduce([np.abs(one) for row in block for one in row])
 
 
 def excess_on_cells(cells: Cells, coefficients: Grid, field: Grid) -> tuple[Grid, Grid]:
@@ -158,22 +179,23 @@ def excess_on_cells(cells: Cells, coefficients: Grid, field: Grid) -> tuple[Grid
     field : array, shape (rows + 2, columns + 2)
         Values at the points.
     """
-    least, most = np.full(cells.inside.shape, np.inf), np.full(cells.inside.shape, -np.inf)
-    rows, columns = cells.inside.shape
-    for down in range(4):
-        column = _bernstein([coefficients[k : k + rows] for k in range(4)], down)
-        beside = (3.0 - down) * field[:-1] + down * field[1:]
-        for right in range(4):
-            value = _bernstein([column[:, k : k + columns] for k in range(4)], right) / 36.0
-            value -= ((3.0 - right) * beside[:, :-1] + right * beside[:, 1:]) / 9.0
-            np.minimum(least, value, out=least)
-            np.maximum(most, value, out=most)
-    sizes = np.abs(coefficients).max() + np.abs(field).max(where=cells.closure, initial=0.0)
-    error = 2.0 * _ERROR * float(sizes) + UNDERFLOW
-    return np.where(cells.inside, least - error, np.nan), np.where(cells.inside, most + error, np.nan)
+    load_modules("contactqp.continuum.spline_kernels", kernels="splines")
+    from .spline_kernels import excesses
+
+    sizes = float(np.abs(coefficients).max()) + float(np.abs(field).max(where=cells.corners, initial=0.0))
+    if not 36.0 * sizes < _LARGEST:
+        endless = np.where(cells.inside, np.inf, np.nan)
+        return -endless, endless
+    least, most = np.empty(cells.inside.shape), np.empty(cells.inside.shape)
+    team = shared_team()
+    strips = team.strips(0, cells.inside.shape[0], cells.inside.shape[1])
+    given = np.ascontiguousarray(coefficients), np.ascontiguousarray(np.where(cells.corners, field, 0.0))
+    team.run(excesses, strips, *given, cells.inside, least, most)
+    error = 2.0 * _ERROR * sizes + UNDERFLOW
+    return least - error, most + error
 
 
-def _bernstein(lines: list[Grid], part: int) -> Grid:
+def _bernstein(lines: list[Vector], part: int) -> Vector:
     """Return six times one of the Bernstein coefficients of cubic splines from four lines of coefficients."""
     first, second, third, fourth = lines
     formed = (

@@ -6,7 +6,11 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .checks import Vector
+from .rounding import gamma
 from .text import rounded_outwards
 
 
@@ -45,6 +49,28 @@ def sum_above(numbers: Iterable[float]) -> float:
         return math.nextafter(math.fsum(numbers), math.inf)
     except OverflowError:
         return math.inf
+
+
+def sum_within(numbers: NDArray[np.float64]) -> Bracket:
+    """Return a bracket of the sum of an array's n numbers; infinite where it overflows.
+
+    The sum is rounded in whatever order numpy takes, so that it is off by no more than γₙ₋₁ times the sum of the moduli
+    (Higham, *Accuracy and Stability of Numerical Algorithms*, 2002, eq. (4.4)); the sum of these is too small by no
+    more than the same part, and γ₂ₙ covers both. It is far faster than the closer `sum_below` and `sum_above`.
+
+    Examples
+    --------
+    >>> bracket = sum_within(np.full((100, 100), 0.1))
+    >>> bracket.lower < 1000 < bracket.upper < 1000 + 1e-8
+    True
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        total = float(numbers.sum())
+        off = gamma(2 * numbers.size + 8) * float(np.abs(numbers).sum())
+        low, high = total - off, total + off
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return Bracket(-math.inf, math.inf)
+    return Bracket(math.nextafter(low, -math.inf), math.nextafter(high, math.inf))
 
 
 def sum_between(lower: Vector, upper: Vector) -> Bracket:

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..foundation.checks import Vector, finite_number, integer_at_least, positive_number, real_array, refuse_non_finite
 from ..models.cable import Cable
+from ..profiles.analytic import Paraboloid, Plane, Uppermost
 from .catalogue import entry
 from .intervals import at_node, covered, distance_to_points
 from .known import Known
@@ -120,9 +121,8 @@ def cable_on_parabola(nodes: int, contact_starts_after: int, radius: float) -> t
 def _on_parabola(nodes: int, touchdown: float, spacing: float, radius: float) -> tuple[Cable, Vector]:
     middle = spacing * (nodes + 1) / 2
     summit = touchdown**2 / 2 - (middle**2 - touchdown**2) / (2 * radius)
-    cable = Cable(
-        nodes=nodes, spacing=spacing, tension=1.0, load=1.0, support=lambda x: summit + (x - middle) ** 2 / (2 * radius)
-    )
+    ground = Paraboloid(summit, radius, (middle, 0.0))
+    cable = Cable(nodes=nodes, spacing=spacing, tension=1.0, load=1.0, support=ground)
     distance = _distance_to_end(cable)
     free = (touchdown - (middle - touchdown) / radius) * distance - distance**2 / 2
     return cable, np.where(distance < touchdown, free, cable.support)
@@ -283,7 +283,7 @@ def _of_varying_tension(nodes: int, touchdown: float, slope: float) -> tuple[Cab
     cable = Cable(
         nodes=nodes,
         spacing=1 / (nodes + 1),
-        tension=lambda x: 1 + slope * np.minimum(x, 1 - x),
+        tension=Uppermost(Plane(1.0, slope), Plane(1.0 + slope, -slope)),
         load=1.0,
         support=float(fallen(np.array(touchdown))),
     )

@@ -16,6 +16,8 @@ from ..errors import ContactWarning
 from ..foundation.checks import Vector
 from ..geometry.frame import Frame
 from ..models.membrane import Membrane
+from ..profiles.analytic import Plane, Uppermost
+from .bent import Mirrored
 from .catalogue import entry
 from .known import Known, Quoted
 
@@ -80,16 +82,14 @@ def _torsion(name: str, nodes: int, *, halved: bool, printed: Mapping[float, Pri
         raise ValueError(f"n must be even for {name!r}, whose grids have 2Q points along a side, got {nodes}")
     spacing, force = 1 / (nodes + 1), _FORCE[name[-1]]
 
-    def to_frame(x: Vector, y: Vector) -> Vector:
-        return np.asarray(np.minimum(np.minimum(x, 1 - x), np.minimum(y, 1 - y)))
-
+    to_frame = Uppermost(Plane(0.0, 1.0), Plane(1.0, -1.0), Plane(0.0, 0.0, 1.0), Plane(1.0, 0.0, -1.0))
     lattice = Frame.rectangle(1.0, 1.0, center=(0.5, 0.5)).lattice(spacing)
     model = Membrane(
         lattice,
         tension=_arms_to_frame_halved(spacing) if halved else 1.0,
         load=force,
         support=to_frame,
-        ceiling=lambda x, y: -to_frame(x, y),
+        ceiling=Mirrored(to_frame),
     )
     return Known(name, model, _MORE_TORALDO, spacing, energy=_energy(printed[force], nodes, name))
 

@@ -8,9 +8,11 @@ from ..foundation.checks import Vector, integer_at_least, positive_number
 from ..geometry.frame import Frame
 from ..geometry.lattice import Lattice
 from ..models.membrane import Membrane
-from ..profiles.analytic import HillAndFloor
+from ..profiles.analytic import HillAndFloor, Paraboloid
+from .bent import DentedBowl, HalfPower
 from .catalogue import entry
 from .known import Known
+from .spiral_ridge import SpiralRidge
 
 PAPER_LOADS = tuple(k / 100 for k in range(1, 11))
 """The ten dimensionless loads P' = pΔ/T of the paper's Table 1."""
@@ -69,12 +71,7 @@ def bowl(nodes: int) -> Membrane:
     """
     nodes = integer_at_least(nodes, 1, "nodes")
     lattice = Frame.rectangle(1.0, 1.0, center=(0.5, 0.5)).lattice(spacing=1 / (nodes + 1))
-    return Membrane(lattice, tension=1.0, load=8.0, support=_dented_bowl)
-
-
-def _dented_bowl(x: Vector, y: Vector) -> Vector:
-    dents = 0.03 * np.sin(9 * x) * np.sin(7 * y)
-    return np.asarray(0.15 + 0.3 * ((x - 0.5) ** 2 + (y - 0.45) ** 2) + dents)
+    return Membrane(lattice, tension=1.0, load=8.0, support=DentedBowl())
 
 
 @entry("bowl", n=31)
@@ -102,7 +99,7 @@ def spiral(nodes: int) -> Membrane:
     """
     nodes = integer_at_least(nodes, 1, "nodes")
     lattice = Frame.rectangle(2.0, 2.0).lattice(spacing=2 / (nodes + 1))
-    return Membrane(lattice, tension=1.0, load=0.0, support=_spiral_support)
+    return Membrane(lattice, tension=1.0, load=0.0, support=SpiralRidge())
 
 
 @entry("spiral", n=31)
@@ -124,7 +121,7 @@ def _biactive_entry(name: str, nodes: int) -> Known:
     model = Membrane(
         lattice,
         tension=1.0,
-        load=lambda x, y: 2 * (2 - x**2 - y**2),
+        load=Paraboloid(4.0, -1 / 4),
         support=lambda x, y: -(x**2 - 1) * (y**2 - 1),
         upwards=True,
     )
@@ -147,17 +144,13 @@ def _half_entry(name: str, nodes: int) -> Known:
     T = 1 on (-1, 1)², elevations; p = Δu = 12x² for x > 0, else 0, downwards. Gap and reaction are both zero where
     x ≤ 0. Five-point differences lift the membrane there by some Δ², so that the discrete one is in contact nowhere.
     """
-
-    def height(x: Vector, y: Vector) -> Vector:
-        return np.asarray(np.maximum(x, 0.0) ** 4)
-
     lattice = Frame.rectangle(2.0, 2.0).lattice(2 / (nodes + 1))
     model = Membrane(
         lattice,
         tension=1.0,
-        load=lambda x, y: 12 * np.maximum(x, 0.0) ** 2,
+        load=HalfPower(12.0, 2),
         support=0.0,
-        frame_height=height,
+        frame_height=HalfPower(-1.0, 4),
         upwards=True,
     )
     return Known(
@@ -165,7 +158,7 @@ def _half_entry(name: str, nodes: int) -> Known:
         model,
         "manufactured: strict complementarity fails in one half",
         lattice.spacing,
-        deflection=height(lattice.node_x, lattice.node_y),
+        deflection=np.maximum(lattice.node_x, 0.0) ** 4,
         reaction=np.zeros(lattice.size),
     )
 
@@ -184,15 +177,6 @@ def _incidence_entry(name: str, nodes: int) -> Known:
         "sect. 9.4; MacMPEC, incid-set1"
     )
     return Known(name, model, source, lattice.spacing)
-
-
-def _spiral_support(x: Vector, y: Vector) -> Vector:
-    r, angle = np.hypot(x, y), np.arctan2(y, x)
-    summit = r == 0
-    r[summit] = 1.0
-    height = np.sin(2 * np.pi / r + np.pi / 2 - angle) + r * (r + 1) / (r - 2) - 3 * r + 3.6
-    height[summit] = 3.6
-    return np.asarray(-height)
 
 
 def l_shape_with_hole(spacing: float = 0.1) -> Membrane:

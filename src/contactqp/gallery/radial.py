@@ -12,7 +12,8 @@ from ..geometry.lattice import Lattice
 from ..geometry.scikit_fem import circle
 from ..models.membrane import Membrane
 from ..models.mesh_membrane import MeshMembrane
-from ..profiles.analytic import Hemisphere
+from ..profiles.analytic import Hemisphere, Paraboloid, Uppermost
+from .bent import CappedBall, Logarithmic, Mirrored, Quartic
 from .catalogue import entry
 from .known import Distance, Known
 
@@ -43,20 +44,16 @@ def ball(nodes: int) -> tuple[Membrane, Vector]:
     nodes = integer_at_least(nodes, 1, "nodes")
     lattice = Frame.rectangle(4.0, 4.0).lattice(spacing=4 / (nodes + 1))
     model = Membrane(
-        lattice, tension=1.0, load=0.0, support=_ball_support, frame_height=lambda x, y: -_ball_height(x, y)
+        lattice,
+        tension=1.0,
+        load=0.0,
+        support=CappedBall(0.9),
+        frame_height=Logarithmic(_BALL_A, 0.0, -_BALL_B, _BALL_RADIUS),
     )
     return model, -_ball_height(lattice.node_x, lattice.node_y)
 
 
 _BALL_A, _BALL_B, _BALL_RADIUS = 0.680259411891719, 0.471519893402112, 0.697965148223374
-
-
-def _ball_support(x: Vector, y: Vector) -> Vector:
-    r = np.hypot(x, y)
-    edge = 0.9
-    height = math.sqrt(1 - edge**2)
-    tangent = height - edge / height * (r - edge)
-    return -np.where(r <= edge, np.sqrt(np.maximum(1 - r**2, 0.0)), tangent)
 
 
 def _ball_height(x: Vector, y: Vector) -> Vector:
@@ -111,15 +108,15 @@ def _constant_entry(name: str, nodes: int) -> Known:
     def height(x: Vector, y: Vector) -> Vector:
         return np.asarray(np.maximum(x**2 + y**2 - radius**2, 0.0) ** 2)
 
-    def load(x: Vector, y: Vector) -> Vector:
-        square = x**2 + y**2
-        beyond = square - radius**2
-        return np.asarray(np.where(beyond <= 0, 8 * radius**2 * (1 - beyond), 4 * (2 * square + 2 * beyond)))
-
+    # Of the loads within the circle and beyond it the larger one acts, as they meet there: p = 8R²(1 + R² - r²) and
+    # 16r² - 8R².
+    within = Paraboloid(-8 * radius**2 * (1 + radius**2), 1 / (16 * radius**2))
+    beyond = Paraboloid(8 * radius**2, -1 / 32)
+    load = Mirrored(Uppermost(within, beyond))
     lattice = Frame.rectangle(2.0, 2.0).lattice(2 / (nodes + 1))
     return Known(
         name,
-        Membrane(lattice, tension=1.0, load=load, support=0.0, frame_height=height, upwards=True),
+        Membrane(lattice, tension=1.0, load=load, support=0.0, frame_height=Quartic(-1.0, radius), upwards=True),
         "Nochetto, Siebert and Veeser, Pointwise a posteriori error control for elliptic obstacle problems, "
         "Numer. Math. 95 (2003), sect. 7.2",
         lattice.spacing,
@@ -144,7 +141,9 @@ def _ring_entry(name: str, nodes: int) -> Known:
     lattice = Frame.rectangle(3.0, 3.0).lattice(3 / (nodes + 1))
     return Known(
         name,
-        Membrane(lattice, tension=1.0, load=2.0, support=0.0, frame_height=height, upwards=True),
+        Membrane(
+            lattice, tension=1.0, load=2.0, support=0.0, frame_height=Logarithmic(1.0, -0.5, 0.5, 1.0), upwards=True
+        ),
         "Poisson's equation in the radius, Δu = 2 where u > 0; a common example for adaptive elements",
         lattice.spacing,
         deflection=height(lattice.node_x, lattice.node_y),

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-import numpy as np
-
-from ..foundation.checks import Vector
 from ..geometry.frame import Frame
 from ..models.membrane import Membrane
+from .bent import DamHead
 from .catalogue import entry
 from .known import Known, Quoted
 
@@ -34,13 +32,6 @@ def _dam_entry(name: str, nodes: int) -> Known:
     spacing = WIDTH / (nodes + 1)
     lattice = Frame.rectangle(WIDTH, ABOVE, center=(WIDTH / 2, ABOVE / 2)).lattice(spacing)
 
-    def height(x: Vector, y: Vector) -> Vector:
-        near = spacing / 2
-        upper, lower = (ABOVE - y) ** 2 / 2, np.maximum(BELOW - y, 0.0) ** 2 / 2
-        foot = (ABOVE**2 * (WIDTH - x) + BELOW**2 * x) / (2 * WIDTH)
-        faces = np.where(x < near, upper, np.where(x > WIDTH - near, lower, 0.0))
-        return np.asarray(np.where(y < near, foot, faces))
-
     top = Quoted(
         SEEPAGE_TOP,
         1e-10,
@@ -49,7 +40,7 @@ def _dam_entry(name: str, nodes: int) -> Known:
     )
     return Known(
         name,
-        Membrane(lattice, tension=1.0, load=1.0, support=0.0, frame_height=height, upwards=True),
+        Membrane(lattice, tension=1.0, load=1.0, support=0.0, frame_height=DamHead(WIDTH, ABOVE, BELOW), upwards=True),
         "Brandt and Cryer, Multigrid algorithms for the solution of linear complementarity problems arising from free "
         "boundary problems, SIAM J. Sci. Stat. Comput. 4 (1983)",
         spacing,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +16,10 @@ from ..foundation.checks import Mask, boolean, finite_number, positive_number
 from ..foundation.limits import BYTES_TO_SOLVE, refuse_too_many
 from ..foundation.loading import load_modules
 from ..foundation.pictures import UnitNames, Wanted, drawn
+from ..foundation.together import ALONE, Together
 from .contours import crs_in, polygons_in, polygons_of, read_geojson
 from .lattice import Lattice, checked_crs, refuse_indistinct, spacing_of_nodes
+from .lattice_by_rows import LatticeByRows
 from .on_contour import FrameFit
 from .sides import Sides, is_whole
 
@@ -28,6 +30,9 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 _Grid = NDArray[np.float64]
 _Inside = Callable[[_Grid, _Grid, float], Mask]
+
+_CONTOURS_KEPT = 4
+"""Moved contours that are kept, for questions about other points: a lattice is asked about some rows at a time."""
 
 _RELATIVE_TOLERANCE = 1e-9
 """A point closer to the contour than this times the frame's extent counts as lying on it."""
@@ -346,14 +351,45 @@ class Frame:
         >>> cq.Frame.disk(1.0).lattice(0.25, fitted=True)
         Lattice(45 nodes in 9 x 9, spacing=0.25, fitted to its contour)
         """
-        spacing, fitted = spacing_of_nodes(spacing), boolean(fitted, "fitted")
+        fit = self._fit(spacing, origin, ALONE, fitted=boolean(fitted, "fitted"))
+        return fit.fitted_lattice(self.crs) if fitted else fit.lattice(self.crs)
+
+    def lattice_by_rows(self, spacing: float, origin: Point | None = None, together: Together = ALONE) -> LatticeByRows:
+        """Lay a square lattice over the frame as `lattice` does, but row by row: nobody lays out the whole of it.
+
+        Parameters
+        ----------
+        spacing, origin
+            See `lattice`.
+        together : Together
+            The processes, each of which looks at some rows to find out how the lattice lies to the contour; all of them
+            must call it, and learn the same.
+
+        Raises
+        ------
+        ValueError
+            See `lattice`, in every process.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> lattice = cq.Frame.disk(1.0).lattice_by_rows(0.5)
+        >>> lattice.shape, lattice[0:2].astype(int)
+        ((5, 5), array([[0, 0, 0, 0, 0],
+               [0, 1, 1, 1, 0]]))
+        """
+        return self._fit(spacing, origin, together, fitted=False).by_rows(self.crs)
+
+    def _fit(self, spacing: float, origin: Point | None, together: Together, *, fitted: bool) -> FrameFit:
+        """Return the lattice that fits best, through an origin if there is one."""
+        spacing = spacing_of_nodes(spacing)
         if origin is not None:
-            laid = self._laid(spacing, _point(origin, "origin"))
+            laid = self._laid(spacing, _point(origin, "origin"), together)
         else:
-            laid = self._laid(spacing, (0.0, 0.0))
+            laid = self._laid(spacing, (0.0, 0.0), together)
             corner = self._corner_that_fits(spacing)
             if corner != (0.0, 0.0) and (laid is None or laid.growth > 0):
-                moved = self._laid(spacing, corner)
+                moved = self._laid(spacing, corner, together)
                 laid = moved if moved is not None and (laid is None or moved.growth < laid.growth) else laid
         left, bottom, right, top = self.geometry.bounds
         if laid is None or (laid.growth >= 1 and not fitted):
@@ -362,7 +398,7 @@ class Frame:
                 f"{inside} of spacing {spacing:g} lies inside {self!r}; "
                 f"choose a spacing well below {min(right - left, top - bottom):g}"
             )
-        return laid.fitted_lattice(self.crs) if fitted else laid.lattice(self.crs)
+        return laid
 
     def _corner_that_fits(self, spacing: float) -> Point:
         """Return an origin by which the frame's box lies on the lattice, in each direction where there is one."""
@@ -376,14 +412,15 @@ class Frame:
             bottom if is_whole((top - bottom) / spacing) and not high else 0.0,
         )
 
-    def _laid(self, spacing: float, origin: Point) -> FrameFit | None:
+    def _laid(self, spacing: float, origin: Point, together: Together) -> FrameFit | None:
         """Return the points inside the frame of the lattice through a point; None if there are none."""
         left, bottom, right, top = self.geometry.bounds
         coordinates = np.abs([left, bottom, right, top, *origin])
         margin = max(_RELATIVE_TOLERANCE * max(right - left, top - bottom), 8 * float(np.spacing(coordinates.max())))
+        each = f" in each of {together.size} processes" if together.size > 1 else ""
         refuse_too_many(
-            ((right - left) / spacing + 1) * ((top - bottom) / spacing + 1),
-            f"lattice points of spacing {spacing:g} over {self!r}",
+            ((right - left) / spacing + 1) * ((top - bottom) / spacing + 1) / together.size,
+            f"lattice points of spacing {spacing:g} over {self!r}{each}",
             BYTES_TO_SOLVE,
             "choose a larger spacing",
         )
@@ -392,13 +429,8 @@ class Frame:
         columns = _covering(left, right, origin[0], spacing)
         rows = _covering(bottom, top, origin[1], spacing)
         x, y = origin[0] + spacing * columns, origin[1] + spacing * rows
-        grid_x, grid_y = np.broadcast_arrays(x, y[:, None])
-        mask = np.asarray(self._inside(grid_x, grid_y, margin))
-        if not mask.any():
-            return None
-        return FrameFit(
-            mask, spacing, (float(x[0]), float(y[0])), self.geometry.bounds, self.sides, self._inside, margin
-        )
+        fit = FrameFit(x, y, spacing, self.geometry.bounds, self.sides, self._inside, margin, together)
+        return fit if fit.held.rows.any() else None
 
     def plot(self, ax: Any = None, *, title: str | None = None, units: UnitNames = "") -> Figure:
         """Draw the frame: the contour and what it encloses.
@@ -463,12 +495,15 @@ def _polygon_predicate(geometry: BaseGeometry) -> _Inside:
 
     shapely.prepare(local)
 
+    @lru_cache(maxsize=_CONTOURS_KEPT)
+    def shrunk(margin: float) -> BaseGeometry:
+        moved = local.buffer(-margin, join_style="mitre")
+        shapely.prepare(moved)
+        return moved
+
     def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
-        shrunk = local
-        if margin:
-            shrunk = local.buffer(-margin, join_style="mitre")
-            shapely.prepare(shrunk)
-        return np.asarray(shapely.contains_xy(shrunk, x - corner_x, y - corner_y))
+        contour = shrunk(margin) if margin else local
+        return np.asarray(shapely.contains_xy(contour, x - corner_x, y - corner_y))
 
     return inside
 

@@ -61,6 +61,10 @@ class Lattice:
     slanted : bool
         Whether slanted sides of the contour cut squares of the lattice that have a node at a corner: the lattice's
         points on such a side lie on the contour, but lines of the lattice do not.
+    halved : array of bool, shape (rows + 1, columns + 1), or None
+        Where such sides all run along diagonals of squares: the squares that they halve, between the points of the
+        array with a ring about it. The half at the only node of each lies inside the contour. None where there are no
+        slanted sides, or others.
     cuts : Cuts or None
         How long the arms are that end on the frame, where the lattice is fitted to its contour; None where all reach
         to the next point of the lattice.
@@ -90,6 +94,7 @@ class Lattice:
         caution: str = "",
         crs: str = "",
         slanted: bool = False,
+        halved: Mask | None = None,
         cuts: Cuts | None = None,
     ) -> None:
         points = np.array(mask)
@@ -105,6 +110,7 @@ class Lattice:
         self.mask: Mask = read_only(np.ascontiguousarray(points[::-1]) if down else points)
         self.overshoot, self.caution, self.crs = overshoot, caution, checked_crs(crs)
         self.slanted = slanted
+        self.halved = None if halved is None else read_only(halved)
         self.cuts = None if cuts is None else Cuts(*map(read_only, cuts))
         self.spacing = spacing_of_nodes(spacing)
         if np.shape(origin) != (2,):

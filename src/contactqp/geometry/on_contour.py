@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ContactWarning
-from ..foundation.checks import Mask
+from ..foundation.checks import Mask, Vector
 from ..foundation.outside import stacklevel_outside
+from ..foundation.together import Together, chunks, share_of
 from .cuts import fitted
 from .lattice import Lattice
+from .lattice_by_rows import Held, LatticeByRows, LatticeFacts
 from .sides import Moved, Sides
 
 _LOUD = 0.05
@@ -29,15 +31,15 @@ _LOOKED_AT = 100
 
 @dataclass(frozen=True, eq=False)
 class FrameFit:
-    """A lattice laid over a frame.
+    """A lattice laid over a frame, each of whose processes looks at some rows alone.
 
     Attributes
     ----------
-    mask : array of bool, shape (rows, columns)
-        The nodes.
+    x : array, shape (columns,)
+        Abscissae of the columns (length).
+    y : array, shape (rows,)
+        Ordinates of the rows, ascending (length).
     spacing : float
-    origin : (float, float)
-        Coordinates of ``mask[0, 0]`` (length).
     bounds : (float, float, float, float)
         Least x and y and largest x and y of the frame (length).
     sides : Sides
@@ -46,20 +48,64 @@ class FrameFit:
         Whether points lie inside the contour moved inwards by a margin.
     margin : float
         What counts as on the contour (length).
+    together : Together
+        The processes; what a property tells is the same in all of them.
     """
 
-    mask: Mask
+    x: Vector
+    y: Vector
     spacing: float
-    origin: tuple[float, float]
     bounds: tuple[float, float, float, float]
     sides: Sides
     inside: Callable[[NDArray[np.float64], NDArray[np.float64], float], Mask]
     margin: float
+    together: Together
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the lattice."""
+        return self.y.size, self.x.size
+
+    @property
+    def origin(self) -> tuple[float, float]:
+        """Coordinates of the point of the first row and column (length)."""
+        return float(self.x[0]), float(self.y[0])
+
+    def nodes(self, first: int, last: int) -> Mask:
+        """Return which points of the rows [first, last) lie inside, shape (rows, columns)."""
+        found = np.empty((last - first, self.x.size), dtype=np.bool_)
+        for begin, end in chunks(first, last, self.x.size):
+            x, y = np.broadcast_arrays(self.x, self.y[begin:end, None])
+            found[begin - first : end - first] = self.inside(x, y, self.margin)
+        return found
+
+    @cached_property
+    def _window(self) -> Mask:
+        """The nodes on this process's share of the rows, with a ring of frame points about the lattice.
+
+        There is a row more before and behind them.
+        """
+        rows, columns = self.shape
+        first, last = self._share
+        window = np.zeros((last - first + 2, columns + 2), dtype=np.bool_)
+        low, high = max(0, first - 2), min(rows, last)  # the ring's rows count from one before
+        window[low + 2 - first : high + 2 - first, 1:-1] = self.together.agreed(lambda: self.nodes(low, max(low, high)))
+        return window
+
+    @property
+    def _share(self) -> tuple[int, int]:
+        return share_of(self.shape[0] + 2, self.together)
+
+    @cached_property
+    def held(self) -> Held:
+        """Which rows and columns have nodes."""
+        rows, columns = Held.of(self._window[1:-1, 1:-1], self.together)
+        return Held(rows[1:-1], columns)
 
     @cached_property
     def widths(self) -> tuple[float, float]:
         """Width and height of the frame as the lattice has it (length)."""
-        columns, rows = (int(np.ptp(np.flatnonzero(self.mask.any(axis=axis)))) + 2 for axis in (0, 1))
+        columns, rows = (int(np.ptp(np.flatnonzero(held))) + 2 for held in (self.held.columns, self.held.rows))
         return self.spacing * columns, self.spacing * rows
 
     @property
@@ -87,62 +133,95 @@ class FrameFit:
     @cached_property
     def _farthest(self) -> tuple[float, float, float]:
         """How far outside the contour a point that stands for the frame lies at most, and one that does, x and y."""
-        padded = np.pad(self.mask, 1)
-        beside = np.zeros_like(padded)
-        beside[:-1] |= padded[1:]
-        beside[1:] |= padded[:-1]
-        beside[:, :-1] |= padded[:, 1:]
-        beside[:, 1:] |= padded[:, :-1]
-        x, y = self._places(beside & ~padded)
-
-        def outside(distance: float) -> NDArray[np.intp]:
-            return np.flatnonzero(~self.inside(x, y, -distance))
-
+        window = self._window
+        own = window[1:-1]
+        beside = window[:-2] | window[2:]
+        beside[:, :-1] |= own[:, 1:]
+        beside[:, 1:] |= own[:, :-1]
+        beside &= ~own
+        places = self._places(beside)
         low, high = 4 * self.margin, self.spacing
-        last = outside(low)
-        if not last.size:
+        last = self._first_outside(places, low)
+        if last is None:
             return 0.0, np.nan, np.nan
         while high - low > 1e-3 * self.spacing:
             middle = (low + high) / 2
-            beyond = outside(middle)
-            low, high, last = (middle, high, beyond) if beyond.size else (low, middle, last)
-        return high, float(x[last[0]]), float(y[last[0]])
+            beyond = self._first_outside(places, middle)
+            low, high, last = (low, middle, last) if beyond is None else (middle, high, beyond)
+        return high, *last
 
     @property
     def _slanted(self) -> bool:
         """Whether squares with a node at a corner have another one outside the contour."""
-        padded = np.pad(self.mask, 1)
-        squares = padded[1:, 1:] | padded[1:, :-1] | padded[:-1, 1:] | padded[:-1, :-1]
-        corners = np.zeros_like(padded)
-        for rows in (slice(None, -1), slice(1, None)):
-            for columns in (slice(None, -1), slice(1, None)):
-                corners[rows, columns] |= squares
-        x, y = self._places(corners & ~padded)
-        return not self.inside(x, y, -4 * self.margin).all()
+        window = self._window
+        corners = window[:-2] | window[1:-1] | window[2:]
+        corners[:, 1:] |= corners[:, :-1].copy()
+        corners[:, :-1] |= corners[:, 1:].copy()
+        corners &= ~window[1:-1]
+        return self._first_outside(self._places(corners), 4 * self.margin) is not None
 
-    def _places(self, padded: Mask) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return x and y of points that are chosen on the array with a ring about it (length)."""
-        row, column = np.nonzero(padded)
+    @property
+    def _halved(self) -> Mask | None:
+        """Which squares the contour halves along a diagonal, if it cuts no square otherwise; else None."""
+        if self.overshoot or not self.sides.on_diagonals(self.spacing, self.origin):
+            return None
+        # The contour runs along lines and diagonals, so that it cuts no square but along those of its four quarters.
+        nodes = np.pad(self._whole, 1)
+        corners = np.stack([nodes[:-1, :-1], nodes[:-1, 1:], nodes[1:, 1:], nodes[1:, :-1]])
+        quarters = np.ones_like(corners)
+        beside = np.nonzero(~corners.all(axis=0))
+        x, y = (
+            np.float64(first) + np.float64(self.spacing) * (place - 0.5)
+            for first, place in zip(self.origin, beside[::-1], strict=True)
+        )
+        third = self.spacing / 3
+        for quarter, (right, up) in zip(quarters, ((0, -1), (1, 0), (0, 1), (-1, 0)), strict=True):
+            quarter[beside] = self.inside(x + right * third, y + up * third, self.margin)
+        node, whole, empty = corners.any(axis=0), quarters.all(axis=0), ~quarters.any(axis=0)
+        # Corner k lies between the quarters k - 1 and k, counted about the square.
+        here = corners & quarters & np.roll(quarters, 1, axis=0)
+        halved = (corners.sum(axis=0) == 1) & (quarters.sum(axis=0) == 2) & here.any(axis=0)
+        return halved if (halved | (node & whole) | (~node & empty)).all() else None
+
+    def _places(self, chosen: Mask) -> tuple[Vector, Vector]:
+        """Return x and y of points that are chosen on this process's rows, with the ring (length)."""
+        row, column = np.nonzero(chosen)
         x = np.float64(self.origin[0]) + np.float64(self.spacing) * (column - 1)
-        y = np.float64(self.origin[1]) + np.float64(self.spacing) * (row - 1)
+        y = np.float64(self.origin[1]) + np.float64(self.spacing) * (row + self._share[0] - 1)
         return x, y
 
-    def lattice(self, crs: str) -> Lattice:
-        """Return the lattice, in a coordinate reference system; a frame that grows is told of, if much by a warning."""
+    def _first_outside(self, places: tuple[Vector, Vector], distance: float) -> tuple[float, float] | None:
+        """Return the first of all processes' places that lies outside the contour moved outwards so far, if any."""
+        x, y = places
+        out = self.together.agreed(lambda: np.flatnonzero(~self.inside(x, y, -distance)))
+        found = self.together.everyones([(float(x[k]), float(y[k])) for k in out[:1]])
+        return found[0] if found else None
+
+    def _facts(self, crs: str) -> LatticeFacts:
+        """Return how the frame lies to its contour; if it grows by much, the first process warns."""
         caution = self._caution() if self.overshoot else ""
+        slanted = self._slanted
         if caution and self.loudest > _LOUD:
-            warnings.warn(caution, ContactWarning, stacklevel=stacklevel_outside())
-        return Lattice(
-            *(self.mask, self.spacing, self.origin),
-            overshoot=self.overshoot,
-            caution=caution,
-            crs=crs,
-            slanted=self._slanted,
-        )
+            self.together.agreed(lambda: None if self.together.rank else _warn(caution))  # as an error it is everyone's
+        return LatticeFacts(self.overshoot, caution, slanted, crs)
+
+    def by_rows(self, crs: str) -> LatticeByRows:
+        """Return the lattice, of which no process lays out more rows than it is asked for."""
+        return LatticeByRows(self.shape, self.spacing, self.origin, self.nodes, self.held, self._facts(crs))
+
+    def lattice(self, crs: str) -> Lattice:
+        """Return the lattice, which is laid out as a whole, in a coordinate reference system."""
+        facts = self._facts(crs)
+        halved = self._halved if facts.slanted else None
+        return Lattice(self._whole, self.spacing, self.origin, **facts._asdict(), halved=halved)
+
+    @property
+    def _whole(self) -> Mask:
+        return self._window[2:-2, 1:-1]
 
     def fitted_lattice(self, crs: str) -> Lattice:
         """Return the lattice whose arms end on the contour."""
-        mask, cuts = fitted(self.mask, self.spacing, self.origin, self.inside, self.margin)
+        mask, cuts = fitted(self._whole, self.spacing, self.origin, self.inside, self.margin)
         if not mask.any():
             raise ValueError(f"all points of spacing {self.spacing:g} lie next to the contour: choose a smaller one")
         return Lattice(mask, self.spacing, self.origin, crs=crs, cuts=cuts)
@@ -171,6 +250,10 @@ class FrameFit:
         if not fitting:
             return "no spacing fits all sides: a finer one moves them less"
         return f"fitting spacings: {' or '.join(f'{each:.12g}' for each in fitting)}"
+
+
+def _warn(caution: str) -> None:
+    warnings.warn(caution, ContactWarning, stacklevel=stacklevel_outside())
 
 
 def _percent(part: float) -> str:

@@ -147,13 +147,35 @@ class Sides:
         below, above = candidates[candidates <= spacing], candidates[candidates > spacing][::-1]
         return [_best(each, spacing) for each in (below, above) if each.size]
 
+    def on_diagonals(self, spacing: float, origin: tuple[float, float]) -> bool:
+        """Return whether all sides lie on lines of a lattice, or on lines at 45° through its points.
+
+        Parameters
+        ----------
+        spacing : float
+        origin : (float, float)
+            A point of the lattice (length).
+        """
+        x, y = ((self._from - np.array(origin)) / spacing).T
+        rising, falling = self._diagonal
+        fit = np.zeros(x.shape, dtype=bool)
+        for sides, places in ((self._along(0), y), (self._along(1), x), (rising, x - y), (falling, x + y)):
+            fit |= sides & (np.abs(places - np.round(places)) <= _WHOLE * np.maximum(1.0, np.abs(x) + np.abs(y)))
+        return bool(fit.all())
+
+    @cached_property
+    def _diagonal(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which sides are at 45°: those along which x - y stays the same, and those along which x + y does."""
+        rising, falling = (np.abs(self._step[:, 0] + sign * self._step[:, 1]) <= self._level for sign in (-1, 1))
+        return rising, falling
+
     def _distances(self) -> NDArray[np.float64] | None:
         """Return what a spacing must divide for all sides to lie on the lattice through the corner of the box, or None.
 
         Those are the places of sides along the axes, and of sides at 45° where they cross an axis.
         """
         flat, upright = self._along(0), self._along(1)
-        rising, falling = (np.abs(self._step[:, 0] + sign * self._step[:, 1]) <= self._level for sign in (-1, 1))
+        rising, falling = self._diagonal
         if not (flat | upright | rising | falling).all():
             return None
         x, y = (self._from - self.corner).T

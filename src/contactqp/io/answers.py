@@ -71,7 +71,7 @@ def read_answer(path: Path, model: ContactModel, quantity: Quantity = "gap", *, 
             return _of_dataset(path, model, quantity, rows)
         if suffix == ".csv" and is_node_table(path):
             return _of_table(path, model, quantity)
-        grid = read_numbers(path, Reading()).values.astype(np.float64)
+        grid = np.asarray(read_numbers(path, Reading()).values, dtype=np.float64)
         _require_fitting(grid, model)
         given = grid.ravel() if _is_row(grid) else _in_own_rows(grid, model, quantity, rows)
         values = model.at_nodes(given, quantity, allow_inf=True)

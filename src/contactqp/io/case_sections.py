@@ -15,7 +15,7 @@ from ..models.plate import Edge
 from ..profiles.along import Along
 from ..profiles.analytic import Cone, Cylinder, Hemisphere, HillAndFloor, Paraboloid, Plane, Profile
 from ..profiles.sampled import Sampled
-from .surfaces import read_surface
+from .surfaces import surface_of_file
 
 Positive: TypeAlias = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
 
@@ -235,7 +235,7 @@ class ProfileFromFile(_TableSection, ABC):
     """A profile through what a file holds."""
 
     @abstractmethod
-    def build(self, file: Path, line: Line | None, *, upwards: bool) -> Profile:
+    def build(self, file: Path, line: Line | None, *, upwards: bool, by_rows: bool) -> Profile:
         """Return the profile.
 
         Parameters
@@ -246,6 +246,8 @@ class ProfileFromFile(_TableSection, ABC):
             What the model lies along, if that is a line.
         upwards : bool
             Whether heights are elevations, positive upwards.
+        by_rows : bool
+            Whether the values of a grid stay in the file until they are needed.
         """
 
 
@@ -262,7 +264,7 @@ class SampledSection(ProfileFromFile):
     interpolation: Literal["linear", "pchip"] = "linear"
     outside: Literal["error", "hold", "none"] = "error"
 
-    def build(self, file: Path, line: Line | None, *, upwards: bool) -> Profile:
+    def build(self, file: Path, line: Line | None, *, upwards: bool, by_rows: bool) -> Profile:
         """Return the profile through the samples of the file; abscissae are the file's, wherever a line starts."""
         given = self.model_dump(exclude={"profile", "file", "delimiter"})
         return Sampled.from_csv(file, **given, delimiter=self.separator, upwards=upwards)
@@ -296,9 +298,10 @@ class MapSection(ProfileFromFile):
     interpolation: Literal["linear", "nearest", "cubic"] = "linear"
     outside: Literal["error", "hold", "none"] = "error"
 
-    def build(self, file: Path, line: Line | None, *, upwards: bool) -> Profile:
+    def build(self, file: Path, line: Line | None, *, upwards: bool, by_rows: bool) -> Profile:
         """Return the surface, or what lies of it under a line."""
-        surface = read_surface(file, **self.model_dump(exclude={"profile", "file", "start", "end"}), upwards=upwards)
+        told = self.model_dump(exclude={"profile", "file", "start", "end"})
+        surface = surface_of_file(file, **told, upwards=upwards, by_rows=by_rows)
         if self.start is None and self.end is None:
             return surface
         if line is None:

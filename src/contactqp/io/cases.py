@@ -10,9 +10,12 @@ import numpy as np
 from pydantic import ValidationError
 
 from ..errors import CaseFileError
+from ..foundation.checks import Mask
 from ..foundation.text import shortened
+from ..foundation.together import Together
 from ..geometry.fields import Rows, upwards_rows
 from ..geometry.lattice import Lattice
+from ..geometry.lattice_by_rows import LatticeByRows, LatticeFacts
 from ..models.beam import Beam
 from ..models.cable import Cable
 from ..models.membrane import Membrane
@@ -33,8 +36,7 @@ from .case_sections import (
     Section,
 )
 from .data_files import Reading, existing_file, read_raster
-from .on_nodes import on_lattice, rows_of, upright, without_missing
-from .rasters import Raster
+from .on_nodes import FieldOfFile, OnLattice, Upright, rows_of, upright
 from .toml_files import read_toml
 
 Model: TypeAlias = Membrane | Cable | MeshMembrane | Beam | Plate
@@ -110,8 +112,17 @@ def read_case(path: str | Path, spacing: float | None = None) -> Case:
     return _built(path, data, section, build)
 
 
-def read_membrane_parts(path: str | Path) -> dict[str, Any]:
-    """Return what a case file of a membrane describes, as arguments of `Membrane` by name: nothing is evaluated.
+def read_membrane_by_rows(path: str | Path, together: Together) -> dict[str, Any]:
+    """Return what a case file of a membrane describes, as arguments of `Membrane` by name: nothing is laid out.
+
+    The lattice is a `LatticeByRows`, and numbers of files are `FieldOfFile`, whose rows go up; ``rows`` tells which way
+    they go in the files.
+
+    Parameters
+    ----------
+    path : str or Path
+    together : Together
+        The processes, all of which call it and learn the same.
 
     Raises
     ------
@@ -119,13 +130,18 @@ def read_membrane_parts(path: str | Path) -> dict[str, Any]:
         See `load_case`; or if it describes something else.
     """
     path = Path(path)
-    data = read_toml(path)
+    data = together.agreed(lambda: read_toml(path))
     kind = _kind_of(data)
     if kind != "membrane":
         raise CaseFileError(f"{path}: model = {kind!r}: only a membrane is solved by several processes")
 
     def build(case: MembraneCase, path: Path) -> dict[str, Any]:
-        return _in_plan(case, path, "tension")
+        if case.fitted:
+            raise CaseFileError(f"{path}: fitted = true is not solved by several processes; start one")
+        files = _Files(path, by_rows=True)
+        lattice = _lattice_by_rows(case, files, together)
+        fields = together.agreed(lambda: _fields_in_plan(case, files, lattice, "tension"))
+        return {"lattice": lattice, **fields, "upwards": case.upwards, "rows": files.rows}
 
     return _built(path, data, MembraneCase, build)
 
@@ -169,16 +185,19 @@ class _Files:
         Down, if the rows of one of those that have been read go so.
     line : Line or None
         What the model lies along, if that is a line.
+    by_rows : bool
+        Whether numbers stay in the files until their rows are asked for.
     """
 
-    def __init__(self, path: Path, line: Line | None = None) -> None:
+    def __init__(self, path: Path, line: Line | None = None, *, by_rows: bool = False) -> None:
         self.path = path
         self.line = line
+        self.by_rows = by_rows
         self.rows: Rows = "up"
 
-    def upright(self, section: DataFile | MaskFile, key: str) -> Raster:
+    def upright(self, section: DataFile | MaskFile, key: str) -> Upright:
         """Return the numbers of a file with y ascending from row to row."""
-        how = Reading(section.key, section.separator, section.decimal)
+        how = Reading(section.key, section.separator, section.decimal, self.by_rows)
         raster = read_raster(self.path, key, section.file, how)
         if raster.values.shape[0] > 1 and rows_of(raster, section.rows, transform=section.transform) == "down":
             self.rows = "down"
@@ -187,10 +206,10 @@ class _Files:
         except CaseFileError as error:
             raise CaseFileError(f"{self.path}: {key} = {shortened(section.file)!r}: {error}") from None
 
-    def field(self, value: Any, key: str, lattice: Lattice | None, *, upwards: bool = False) -> Any:
+    def field(self, value: Any, key: str, lattice: LatticeByRows | None, *, upwards: bool = False) -> Any:
         """Return a load, a height or a tension as a model takes it; numbers of a file as an array whose rows go up.
 
-        Without a lattice there are no numbers of files.
+        That is a `FieldOfFile` where they stay in the file. Without a lattice there are no numbers of files.
         """
         if value is None or isinstance(value, float):
             return value
@@ -206,15 +225,17 @@ class _Files:
                     )
                 # Where a value is missing, factor and offset have no say.
                 absent = -np.inf if upwards == (key == "support") else np.inf
+            told = f"{self.path}: {key}.file = {shortened(value.file)!r}: "
             try:
-                grid = on_lattice(raster, lattice, resample=value.resample)
-                return without_missing(value.offset + value.factor * grid, lattice, absent, lattice.describe)
+                numbers = OnLattice(raster, lattice, resample=value.resample)
             except CaseFileError as error:
-                raise CaseFileError(f"{self.path}: {key}.file = {shortened(value.file)!r}: {error}") from None
+                raise CaseFileError(f"{told}{error}") from None
+            field = FieldOfFile(numbers, factor=value.factor, offset=value.offset, absent=absent, told=told)
+            return field if self.by_rows else field[:]
         file = existing_file(self.path, f"{key}.file", value.file) if isinstance(value, ProfileFromFile) else None
         try:
             if file is not None:
-                return value.build(file, self.line, upwards=upwards)
+                return value.build(file, self.line, upwards=upwards, by_rows=self.by_rows)
             return PROFILES[value.profile](**value.model_dump(exclude={"profile"}))
         except (ValueError, OSError) as error:
             raise CaseFileError(f"{self.path}: {key}: {error}") from None
@@ -233,14 +254,32 @@ def _in_plan(case: MembraneCase | PlateCase, path: Path, *more: str) -> dict[str
             .in_crs(case.crs)
             .lattice(case.spacing, case.origin, fitted=getattr(case, "fitted", False))
         )
+    fields = _fields_in_plan(case, files, LatticeByRows.of(lattice), *more)
+    if files.rows == "down":
+        fields = {name: _turned(value) for name, value in fields.items()}
+    return {"lattice": lattice, **fields, "upwards": case.upwards, "rows": files.rows}
+
+
+def _fields_in_plan(
+    case: MembraneCase | PlateCase, files: _Files, lattice: LatticeByRows, *more: str
+) -> dict[str, Any]:
     heights = {
         name: files.field(getattr(case, name), name, lattice, upwards=case.upwards)
         for name in ("support", "frame_height", "ceiling")
     }
-    fields = heights | {name: files.field(getattr(case, name), name, lattice) for name in ("load", "foundation", *more)}
-    if files.rows == "down":
-        fields = {name: _turned(value) for name, value in fields.items()}
-    return {"lattice": lattice, **fields, "upwards": case.upwards, "rows": files.rows}
+    return heights | {name: files.field(getattr(case, name), name, lattice) for name in ("load", "foundation", *more)}
+
+
+def _lattice_by_rows(case: MembraneCase, files: _Files, together: Together) -> LatticeByRows:
+    frame = case.frame
+    if not isinstance(frame, MaskFile):
+        return frame.build().in_crs(case.crs).lattice_by_rows(case.spacing, case.origin, together)
+    numbers, origin, crs = together.agreed(lambda: _placed_mask(case, frame, files))
+
+    def nodes(first: int, last: int) -> Mask:
+        return np.asarray(numbers.rows(first, last) > frame.threshold)
+
+    return LatticeByRows.read(numbers.shape, case.spacing, origin, nodes, together, LatticeFacts(crs=crs))
 
 
 def _membrane(case: MembraneCase, path: Path) -> Membrane:
@@ -265,11 +304,18 @@ def _turned(field: Any) -> Any:
 
 
 def _masked(case: MembraneCase | PlateCase, frame: MaskFile, files: _Files) -> Lattice:
-    """Return the lattice of a mask file; where a geo-transform places it, spacing and origin must be the file's."""
-    raster = files.upright(frame, "frame.file")
-    mask, origin = raster.values > frame.threshold, case.origin
-    if raster.places is not None:
-        x, y = raster.places
+    """Return the lattice of a mask file."""
+    numbers, origin, crs = _placed_mask(case, frame, files)
+    return Lattice(numbers.values > frame.threshold, case.spacing, origin, crs=crs)
+
+
+def _placed_mask(
+    case: MembraneCase | PlateCase, frame: MaskFile, files: _Files
+) -> tuple[Upright, tuple[float, float], str]:
+    """Return a mask file's numbers, origin and system; where a geo-transform places it, they must be the case's."""
+    numbers, origin = files.upright(frame, "frame.file"), case.origin
+    if numbers.places is not None:
+        x, y = numbers.places
         steps = [np.ptp(along) / (along.size - 1) for along in (x, y) if along.size > 1]
         placed = float(x[0]), float(y[0])
         fits = np.allclose(steps, case.spacing, rtol=1e-6, atol=0)
@@ -281,12 +327,12 @@ def _masked(case: MembraneCase | PlateCase, frame: MaskFile, files: _Files) -> L
                 "transform = false"
             )
         origin = placed
-    return Lattice(mask, case.spacing, (0.0, 0.0) if origin is None else origin, crs=case.crs or raster.crs)
+    return numbers, (0.0, 0.0) if origin is None else origin, case.crs or numbers.crs
 
 
 def _cable(case: CableCase, path: Path) -> Cable:
     files = _Files(path, Line(case.start, case.span))
-    lattice = Cable.lattice_of(case.span, spacing=case.spacing, start=case.start)
+    lattice = LatticeByRows.of(Cable.lattice_of(case.span, spacing=case.spacing, start=case.start))
     return Cable(
         span=case.span,
         spacing=case.spacing,
@@ -314,8 +360,8 @@ def _mesh_membrane(case: MeshMembraneCase, path: Path) -> MeshMembrane:
 
 def _beam(case: BeamCase, path: Path) -> Beam:
     files = _Files(path, Line(case.start, case.span))
-    between = Cable.lattice_of(case.span, spacing=case.spacing, start=case.start)
-    lattice = Beam.lattice_of(case.span, spacing=case.spacing, ends=case.ends, start=case.start)
+    between = LatticeByRows.of(Cable.lattice_of(case.span, spacing=case.spacing, start=case.start))
+    lattice = LatticeByRows.of(Beam.lattice_of(case.span, spacing=case.spacing, ends=case.ends, start=case.start))
     return Beam(
         span=case.span,
         spacing=case.spacing,

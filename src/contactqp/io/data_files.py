@@ -16,7 +16,7 @@ from ..errors import CaseFileError
 from ..foundation.checks import nearest
 from ..foundation.text import shortened
 from ..profiles.sample_files import check_separators, read_points
-from .headers import read_npy
+from .headers import mapped_npy, read_npy
 from .rasters import Raster, raster_of_points, read_picture, read_tiff
 
 
@@ -42,11 +42,15 @@ class Reading:
         Which array of a .npz file, column of a table with x and y, or band of a .tif file; None for the only one.
     delimiter, decimal : str
         What separates the columns of a .csv file, and what begins the decimals of its numbers.
+    by_rows : bool
+        Whether no more is to be read than the rows that are asked for later, where the kind of file allows it: .npy,
+        and .tif if rasterio is installed.
     """
 
     key: str | None = None
     delimiter: str = ","
     decimal: str = "."
+    by_rows: bool = False
 
 
 def read_raster(case_path: Path, key: str, name: str, how: Reading) -> Raster:
@@ -79,15 +83,17 @@ def read_numbers(file: Path, how: Reading) -> Raster:
     except Exception as error:  # what a decoder raises of a damaged file may be anything
         raise CaseFileError(f"cannot read it: {shortened(error, 200) or type(error).__name__}") from None
     raster = found if isinstance(found, Raster) else Raster(found)
-    array = np.atleast_2d(raster.values)
-    if array.ndim != 2 or array.dtype.kind not in "biuf":
+    array = np.atleast_2d(raster.values) if isinstance(raster.values, np.ndarray) else raster.values
+    if len(array.shape) != 2 or array.dtype.kind not in "biuf":
         raise CaseFileError(f"expected a two-dimensional array of numbers, got {array.dtype} of shape {array.shape}")
-    if not array.size:
+    if 0 in array.shape:
         raise CaseFileError(f"it holds no numbers: its shape is {array.shape}")
     return raster._replace(values=array)
 
 
 def _array(file: Path, how: Reading) -> NDArray[Any]:
+    if how.by_rows:
+        return mapped_npy(file)
     with file.open("rb") as stream:
         return read_npy(stream, file.stat().st_size)
 
@@ -135,7 +141,7 @@ def _picture(file: Path, how: Reading) -> Raster:
 
 
 def _tiff(file: Path, how: Reading) -> Raster:
-    return read_tiff(file, how.key)
+    return read_tiff(file, how.key, by_rows=how.by_rows)
 
 
 READERS: dict[str, Callable[[Path, Reading], NDArray[Any] | Raster]] = {

@@ -53,6 +53,26 @@ def read_npy(stream: IO[bytes], size: int) -> NDArray[Any]:
     >>> read_npy(file, len(file.getvalue())).shape
     (2, 3)
     """
+    _shape_of_npy(stream, size, whole=True)
+    stream.seek(0)
+    return np.asarray(np.lib.format.read_array(stream, allow_pickle=False))
+
+
+def mapped_npy(file: Path) -> NDArray[Any]:
+    """Return the array of numbers in a .npy file, of which no more is read than is asked for.
+
+    Raises
+    ------
+    CaseFileError
+        As `read_npy`, but however many entries there are.
+    """
+    with file.open("rb") as stream:
+        shape = _shape_of_npy(stream, file.stat().st_size, whole=False)
+    return np.asarray(np.load(file, mmap_mode="r" if math.prod(shape) else None, allow_pickle=False))
+
+
+def _shape_of_npy(stream: IO[bytes], size: int, *, whole: bool) -> tuple[int, ...]:
+    """Return the shape that the header tells, if it is that of an array of numbers, all of which are there."""
     head = BytesIO(stream.read(_LONGEST_HEADER))  # a header may claim to be longer than memory
     read_header = _HEADERS.get(np.lib.format.read_magic(head))
     if read_header is None:
@@ -63,15 +83,15 @@ def read_npy(stream: IO[bytes], size: int) -> NDArray[Any]:
     if not all(isinstance(length, int) and length >= 0 for length in shape):
         raise CaseFileError(f"its header claims the shape {shape}")
     count = math.prod(shape)
-    refuse_too_many(count, "entries", BYTES_OF_A_NUMBER, "thin the data out")
+    if whole:
+        refuse_too_many(count, "entries", BYTES_OF_A_NUMBER, "thin the data out")
     claimed = head.tell() + count * dtype.itemsize
     if claimed > size:
         raise CaseFileError(
             f"it is cut off: its header claims shape {shape} of {dtype}, that is {memory(claimed)}, "
             f"it has {memory(size)}"
         )
-    stream.seek(0)
-    return np.asarray(np.lib.format.read_array(stream, allow_pickle=False))
+    return tuple(shape)
 
 
 _PICTURES = ("BMP", "JPEG", "PNG", "TIFF")

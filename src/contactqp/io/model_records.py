@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..foundation.checks import Vector
+from ..foundation.checks import Mask, Vector
 from ..geometry.cuts import Cuts
 from ..geometry.lattice import Lattice
 from ..geometry.on_arms import ArmField
@@ -74,6 +74,8 @@ def _on_lattice(model: LatticeModel, kind: str) -> Record:
         "caution_of_lattice": lattice.caution,
         **_units(model),
     }
+    if lattice.halved is not None:
+        attributes["halved_squares"] = np.flatnonzero(lattice.halved)
     arms = _arms(model)
     if arms:
         attributes["same_tension"] = int(model.tension_of_arms.same)
@@ -247,8 +249,18 @@ def _lattice(data: xr.Dataset) -> Lattice:
         caution=str(told["caution_of_lattice"]),
         crs=str(told.get("crs", "")),
         slanted=bool(told.get("slanted", 0)),
+        halved=_halved(data),
         cuts=_cuts(data),
     )
+
+
+def _halved(data: xr.Dataset) -> Mask | None:
+    if "halved_squares" not in data.attrs:
+        return None
+    rows, columns = data["node_mask"].shape
+    halved = np.zeros((rows + 1, columns + 1), dtype=np.bool_)
+    halved.flat[np.atleast_1d(data.attrs["halved_squares"])] = True
+    return halved
 
 
 def _fields_in_plan(data: xr.Dataset, lattice: Lattice) -> dict[str, Any]:

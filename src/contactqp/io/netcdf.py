@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..errors import CaseFileError
 from ..foundation.files import replaced_as_a_whole
 from ..foundation.loading import load_modules
 
@@ -52,14 +55,27 @@ def read_netcdf(path: Path) -> xr.Dataset:
     >>> read_netcdf(file)["gap"].to_numpy()
     array([0. , 0.5])
     """
+    with opened_netcdf(path) as file:
+        return file.load()
+
+
+@contextmanager
+def opened_netcdf(path: Path) -> Iterator[xr.Dataset]:
+    """Open a file, of whose variables no more is read than is asked for while it is open.
+
+    Raises
+    ------
+    OSError
+        See `read_netcdf`; also of what is read while it is open.
+    """
     load_modules("xarray", "netCDF4")
     import xarray as xr
 
     with _ONE_AT_A_TIME:
         try:
             with xr.open_dataset(path, engine="netcdf4") as file:
-                return file.load()
-        except (FileNotFoundError, PermissionError):
+                yield file
+        except (CaseFileError, FileNotFoundError, PermissionError):
             raise
         except Exception as error:  # whatever a decoder says of a damaged file
             said = getattr(error, "strerror", None) or error

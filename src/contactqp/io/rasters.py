@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +23,27 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 
+class Stored(Protocol):
+    """Numbers of a file, read by ``stored[first:last]`` if they are not in memory."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns."""
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The kind of the numbers."""
+
+    def __getitem__(self, rows: slice, /) -> NDArray[Any]:
+        """Return some rows."""
+
+
 class Raster(NamedTuple):
     """The numbers of a data file, in the order of its rows.
 
     Attributes
     ----------
-    values : array, shape (rows, columns)
+    values : array, shape (rows, columns), or Stored
         As they are stored; of a picture grey levels from 0 (black) to 1 (white).
     rows : {"up", "down"}
         Which way y goes from row to row where nothing else tells it: up, but down in pictures.
@@ -38,7 +55,7 @@ class Raster(NamedTuple):
         The coordinate reference system of these, as ``"EPSG:25832"``; ``""`` if the file tells none.
     """
 
-    values: NDArray[Any]
+    values: NDArray[Any] | Stored
     rows: Rows = "up"
     no_data: float | None = None
     places: tuple[Vector, Vector] | None = None
@@ -109,7 +126,7 @@ _KINDS = {
 """The numbers that Pillow hands on as they are stored, by bits and sample format."""
 
 
-def read_tiff(file: Path, band: str | None = None) -> Raster:
+def read_tiff(file: Path, band: str | None = None, *, by_rows: bool = False) -> Raster:
     """Return the numbers of a TIFF file as they are stored, its no-data value, its geo-transform and its system.
 
     Files of several bands, and of numbers that Pillow does not know, are read by rasterio, if it is installed.
@@ -119,10 +136,12 @@ def read_tiff(file: Path, band: str | None = None) -> Raster:
     file : Path
     band : str or None
         The name or the number, from 1 on, of the band; None for the only one.
+    by_rows : bool
+        Whether to leave the numbers in the file until their rows are asked for, which rasterio reads.
     """
     try:
         if band is None:
-            return _by_pillow(file)
+            return _by_pillow(file, by_rows=by_rows)
         refusal = CaseFileError(f"band {band!r} of a TIFF file is read by rasterio: pip install 'contactqp[geo]'")
     except CaseFileError as error:
         if _OTHER_KIND not in str(error) and "bands" not in str(error):
@@ -133,7 +152,7 @@ def read_tiff(file: Path, band: str | None = None) -> Raster:
     except ImportError:
         raise refusal from None
     try:
-        return _by_rasterio(rasterio, file, band)
+        return _by_rasterio(rasterio, file, band, by_rows=by_rows)
     except rasterio.errors.RasterioError:
         raise refusal from None
 
@@ -141,36 +160,70 @@ def read_tiff(file: Path, band: str | None = None) -> Raster:
 _STORED = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
 
 
-def _by_rasterio(rasterio: Any, file: Path, band: str | None) -> Raster:
+class RowsOfTiff:
+    """The numbers of a band of a TIFF file, which stay there until their rows are asked for.
+
+    Parameters
+    ----------
+    file : Path
+    band : int
+        From 1 on.
+    shape : (int, int)
+    dtype : numpy.dtype
+    """
+
+    def __init__(self, file: Path, band: int, shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
+        self.shape, self.dtype = shape, dtype
+        self._file, self._band = file, band
+
+    def __getitem__(self, rows: slice) -> NDArray[Any]:
+        """Return some rows."""
+        first, last, _ = rows.indices(self.shape[0])
+        if first >= last:
+            return np.empty((0, self.shape[1]), dtype=self.dtype)
+        with _opened_by_rasterio(loaded("rasterio"), self._file) as data:
+            return np.asarray(data.read(self._band, window=((first, last), (0, self.shape[1]))))
+
+
+@contextmanager
+def _opened_by_rasterio(rasterio: Any, file: Path) -> Iterator[Any]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
         with rasterio.open(file, driver="GTiff") as data:
+            yield data
+
+
+def _by_rasterio(rasterio: Any, file: Path, band: str | None, *, by_rows: bool) -> Raster:
+    with _opened_by_rasterio(rasterio, file) as data:
+        if not by_rows:
             refuse_too_many(data.width * data.height, "pixels", BYTES_OF_A_PIXEL, "scale the picture down")
-            names = [name or str(number) for number, name in enumerate(data.descriptions, 1)]
-            if band is None and data.count != 1:
-                raise CaseFileError(f"a TIFF file of {data.count} bands; choose one by key: {', '.join(names)}")
-            known = [*names, *map(str, range(1, data.count + 1))]
-            if band is not None and band not in known:
-                raise CaseFileError(f"no band {band!r} in it; it has {', '.join(names)}{nearest(band, names)}")
-            number = 1 if band is None else names.index(band) + 1 if band in names else int(band)
-            palette = data.colorinterp[number - 1] == rasterio.enums.ColorInterp.palette
-            if palette or data.tags(ns="IMAGE_STRUCTURE").get("MINISWHITE") or data.dtypes[number - 1] not in _STORED:
-                raise CaseFileError(_OTHER_KIND)
-            if data.subdatasets:
-                raise CaseFileError("a TIFF file of several pages; extract the one that holds the values")
-            values, move = data.read(number), data.transform
-            if move.b or move.d:
-                raise CaseFileError("its geo-transform turns or shears the rows; bring it to rows along x first")
-            places = None
-            if not move.is_identity:
-                x = move.c + move.a * (np.arange(data.width) + 0.5)
-                places = x, move.f + move.e * (np.arange(data.height) + 0.5)
-            crs = data.crs.to_string() if data.crs else ""
-            return Raster(values, "down", data.nodata, places, crs)
+        names = [name or str(number) for number, name in enumerate(data.descriptions, 1)]
+        if band is None and data.count != 1:
+            raise CaseFileError(f"a TIFF file of {data.count} bands; choose one by key: {', '.join(names)}")
+        known = [*names, *map(str, range(1, data.count + 1))]
+        if band is not None and band not in known:
+            raise CaseFileError(f"no band {band!r} in it; it has {', '.join(names)}{nearest(band, names)}")
+        number = 1 if band is None else names.index(band) + 1 if band in names else int(band)
+        palette = data.colorinterp[number - 1] == rasterio.enums.ColorInterp.palette
+        if palette or data.tags(ns="IMAGE_STRUCTURE").get("MINISWHITE") or data.dtypes[number - 1] not in _STORED:
+            raise CaseFileError(_OTHER_KIND)
+        if data.subdatasets:
+            raise CaseFileError("a TIFF file of several pages; extract the one that holds the values")
+        move, kind = data.transform, np.dtype(data.dtypes[number - 1])
+        values = RowsOfTiff(file, number, data.shape, kind) if by_rows else data.read(number)
+        if move.b or move.d:
+            raise CaseFileError("its geo-transform turns or shears the rows; bring it to rows along x first")
+        places = None
+        if not move.is_identity:
+            x = move.c + move.a * (np.arange(data.width) + 0.5)
+            places = x, move.f + move.e * (np.arange(data.height) + 0.5)
+        crs = data.crs.to_string() if data.crs else ""
+        return Raster(values, "down", data.nodata, places, crs)
 
 
-def _by_pillow(file: Path) -> Raster:
-    with _opened(file) as picture:
+def _by_pillow(file: Path, *, by_rows: bool) -> Raster:
+    by_rows = by_rows and _has_rasterio()
+    with _opened_of_any_size(file) if by_rows else _opened(file) as picture:
         tags: Any = picture.tag_v2  # type: ignore[attr-defined]
         _refuse_other_pages(picture)
         bands = int(tags.get(_SAMPLES, 1))
@@ -179,9 +232,17 @@ def _by_pillow(file: Path) -> Raster:
         kind = int(tags.get(_BITS, (1,))[0]), int(tags.get(_FORMAT, (_UNSIGNED,))[0])
         if kind not in _KINDS or int(tags.get(_PHOTOMETRIC, _BLACK_IS_ZERO)) != _BLACK_IS_ZERO:
             raise CaseFileError(_OTHER_KIND)
-        values = np.asarray(picture).astype(_KINDS[kind])
-        no_data = _no_data(tags)
-        return Raster(values, "down", no_data, _places(tags, values.shape), _crs(tags))
+        shape, dtype = picture.size[::-1], np.dtype(_KINDS[kind])
+        values = RowsOfTiff(file, 1, shape, dtype) if by_rows else np.asarray(picture).astype(dtype)
+        return Raster(values, "down", _no_data(tags), _places(tags, shape), _crs(tags))
+
+
+def _has_rasterio() -> bool:
+    try:
+        loaded("rasterio")
+    except ImportError:
+        return False
+    return True
 
 
 _OTHER_KIND = (
@@ -197,7 +258,20 @@ def _opened(file: Path) -> Image:
         return opened_picture(file)
     except UnidentifiedImageError:
         other = f", or {_OTHER_KIND}" if file.suffix.lower().startswith(".tif") else ""
-        raise CaseFileError(f"it is no picture, or a damaged one{other}") from None
+        raise CaseFileError(f"{_NO_PICTURE}{other}") from None
+
+
+def _opened_of_any_size(file: Path) -> Image:
+    """Return a TIFF file of which nothing but the header is to be read."""
+    from PIL.TiffImagePlugin import TiffImageFile
+
+    try:
+        return TiffImageFile(file)
+    except SyntaxError:
+        raise CaseFileError(f"{_NO_PICTURE}, or {_OTHER_KIND}") from None
+
+
+_NO_PICTURE = "it is no picture, or a damaged one"
 
 
 def _refuse_other_pages(picture: Image) -> None:

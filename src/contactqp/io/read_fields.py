@@ -10,10 +10,11 @@ from ..errors import CaseFileError
 from ..foundation.checks import Vector, finite_number
 from ..geometry.fields import Rows, sample
 from ..geometry.lattice import Lattice
+from ..geometry.lattice_by_rows import LatticeByRows
 from ..profiles.gridded import Gridded
 from ..profiles.sample_files import check_separators
 from .data_files import Reading, read_numbers
-from .on_nodes import on_lattice, upright, without_missing
+from .on_nodes import FieldOfFile, OnLattice, upright
 from .rasters import Raster
 from .variables import DATASETS, variable_in_plan
 
@@ -81,8 +82,8 @@ def read_field(
             values = _of_dataset(path, lattice, key, resample, absent)
             return np.asarray(np.where(np.isinf(values), values, offset + factor * values))
         raster = upright(_read(path, key, delimiter, decimal), rows, no_data, transform=transform)
-        grid = offset + factor * on_lattice(raster, lattice, resample=resample)
-        return lattice.gather(without_missing(grid, lattice, absent, lattice.describe))
+        numbers = OnLattice(raster, LatticeByRows.of(lattice), resample=resample)
+        return lattice.gather(FieldOfFile(numbers, factor=factor, offset=offset, absent=absent)[:])
     except (ValueError, TypeError) as error:
         raise CaseFileError(f"{path}: {error}") from None
 

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import CaseFileError
-from ..foundation.checks import Vector, finite_number, one_of
+from ..foundation.checks import Vector, finite_number, one_of, real_array
 from ..profiles.choices import DUPLICATES, Duplicates, Outside
 from ..profiles.gridded import Gridded
 from ..profiles.sample_files import Column, first_cells, read_points
 from ..profiles.scattered import INTERPOLATIONS, Interpolation, Scattered
 from .data_files import Reading, read_numbers
 from .on_nodes import upright
-from .variables import DATASETS, variable_in_plan
+from .variables import DATASETS, grid_in_file
 
 _Values: TypeAlias = tuple[Vector, Vector, Vector]
 _Columns: TypeAlias = tuple[Column | None, Column | None, Column | None]
@@ -90,6 +92,28 @@ def read_surface(
     >>> read_surface(file, decimal=",")
     Scattered(3 soundings, x from 0 to 4, y from 0 to 2, linear)
     """
+    told = {name: value for name, value in locals().items() if name != "path"}
+    return surface_of_file(path, **told, by_rows=False)
+
+
+def surface_of_file(
+    path: str | Path,
+    *,
+    key: Column | None,
+    x: Column | None,
+    y: Column | None,
+    factor: float,
+    offset: float,
+    upwards: bool,
+    no_data: float | None,
+    interpolation: Interpolation,
+    outside: Outside,
+    duplicates: Duplicates,
+    delimiter: str | None,
+    decimal: str,
+    by_rows: bool,
+) -> Gridded | Scattered:
+    """Return what `read_surface` does; by rows, a grid whose values stay in the file until they are needed."""
     path = Path(path)
 
     def gridded(columns: Vector, rows: Vector, values: Vector) -> Gridded:
@@ -104,11 +128,14 @@ def read_surface(
         if path.suffix.lower() not in _POINTS:
             if interpolation != "linear":
                 raise CaseFileError(f"interpolation = {interpolation!r} is for points of text files; a grid is linear")
-            return gridded(*_grid(path, key, no_data))
+            grid = _grid(path, key, no_data, by_rows=by_rows)
+            if by_rows:
+                return GriddedInFile(grid, factor, offset, outside=outside, upwards=upwards)
+            return gridded(grid.x, grid.y, grid.rows(0, grid.y.size))
         points = _points(path, (x, y, key), delimiter, decimal, no_data)
-        grid = _filled(*points) if interpolation == "linear" else None
-        if grid is not None:
-            return gridded(*grid)
+        filled = _filled(*points) if interpolation == "linear" else None
+        if filled is not None:
+            return gridded(*filled)
         places_x, places_y, values = (each[~np.isnan(points[2])] for each in points)
         return Scattered(
             *(places_x, places_y, offset + factor * values),
@@ -121,19 +148,84 @@ def read_surface(
         raise CaseFileError(f"{path}: {str(error).removeprefix(str(path)).lstrip(':, ')}") from None
 
 
-def _grid(path: Path, key: Column | None, no_data: float | None) -> _Values:
-    """Return x of the columns, y of the rows, and values of a file that holds a grid, nan where there is none."""
+_RowsOfFile: TypeAlias = Callable[[int, int], NDArray[np.float64]]
+"""Returns the values of the rows [first, last), shape (rows, columns)."""
+
+
+class _GridOfFile(NamedTuple):
+    """A grid of values in a file, nan where there is none.
+
+    Attributes
+    ----------
+    x, y : array
+        Ascending abscissae of the columns and ordinates of the rows (length).
+    rows : _RowsOfFile
+    """
+
+    x: Vector
+    y: Vector
+    rows: _RowsOfFile
+
+
+class GriddedInFile(Gridded):
+    """A surface through the values of a file, ``offset + factor * value``, of which those are read that are needed.
+
+    Parameters
+    ----------
+    grid : _GridOfFile
+    factor, offset : float
+    outside, upwards
+        See `Gridded`.
+    """
+
+    def __init__(self, grid: _GridOfFile, factor: float, offset: float, *, outside: Outside, upwards: bool) -> None:
+        self._lie_at(grid.x, grid.y, outside)
+        self._grid, self._factor, self._offset, self._sense = grid, factor, offset, -1.0 if upwards else 1.0
+        self._first, self._kept = 0, np.empty((0, grid.x.size))
+
+    def heights(self, rows: slice, columns: slice) -> NDArray[np.float64]:
+        """See `Gridded`; a row at a time is asked for, again and again, so that some beyond them are read and kept."""
+        first, last = rows.start, rows.stop
+        if not self._first <= first <= last <= self._first + len(self._kept):
+            end = min(self.y.size, max(last, first + _KEPT // self.x.size))
+            self._first = first
+            self._kept = self._sense * (self._offset + self._factor * self._grid.rows(first, end))
+        return self._kept[first - self._first : last - self._first, columns]
+
+
+_KEPT = 1 << 20
+"""Values of a file that are kept."""
+
+
+def _grid(path: Path, key: Column | None, no_data: float | None, *, by_rows: bool) -> _GridOfFile:
+    """Return the grid that a file holds."""
     name, suffix = None if key is None else str(key), path.suffix.lower()
     if suffix in DATASETS:
-        field = Gridded.of(variable_in_plan(path, name), outside="none")
-        return field.x, field.y, np.where(field.depth == no_data, np.nan, field.depth)
-    raster = upright(read_numbers(path, Reading(name)), None, no_data, transform=True)
-    if raster.places is None:
+        variable = grid_in_file(path, name)
+
+        def rows_of_variable(first: int, last: int) -> NDArray[np.float64]:
+            values = real_array(variable.rows(first, last), "values")
+            return np.where(values == no_data, np.nan, values)
+
+        return _ascending(real_array(variable.x, "x"), real_array(variable.y, "y"), rows_of_variable)
+    numbers = upright(read_numbers(path, Reading(name, by_rows=by_rows)), None, no_data, transform=True)
+    if numbers.places is None:
         raise CaseFileError(
             "it does not tell where its values lie; say profiles.Gridded(x, y, values) with x of the columns and y of "
             "the rows"
         )
-    return *raster.places, raster.values
+    return _ascending(*numbers.places, numbers.rows)
+
+
+def _ascending(x: Vector, y: Vector, rows: _RowsOfFile) -> _GridOfFile:
+    """Return a grid, whose columns and rows may go either way."""
+    turned, down, count = x[0] > x[-1], y[0] > y[-1], y.size
+
+    def upright_rows(first: int, last: int) -> NDArray[np.float64]:
+        values = rows(count - last, count - first)[::-1] if down else rows(first, last)
+        return values[:, ::-1] if turned else values
+
+    return _GridOfFile(x[::-1] if turned else x, y[::-1] if down else y, upright_rows)
 
 
 def _points(path: Path, columns: _Columns, delimiter: str | None, decimal: str, no_data: float | None) -> _Values:

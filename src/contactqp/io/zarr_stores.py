@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..errors import CaseFileError
 from ..foundation.loading import load_modules, needed
 
 if TYPE_CHECKING:
@@ -27,13 +30,28 @@ def read_zarr(path: Path) -> xr.Dataset:
     OSError
         If it cannot be read, or is no store.
     """
+    with opened_zarr(path) as store:
+        return store.load()
+
+
+@contextmanager
+def opened_zarr(path: Path) -> Iterator[xr.Dataset]:
+    """Open a store, of whose variables no more is read than is asked for while it is open.
+
+    Raises
+    ------
+    OSError
+        See `read_zarr`; also of what is read while it is open.
+    """
     needed("zarr", "reading .zarr", INSTALL)
     load_modules("xarray")
     import xarray as xr
 
     try:
         store: xr.Dataset
-        with xr.open_zarr(path, consolidated=False) as store:
-            return store.load()
+        with xr.open_zarr(path, consolidated=False, chunks=None) as store:
+            yield store
+    except CaseFileError:
+        raise
     except Exception as error:  # whatever a decoder says of a damaged store
         raise OSError(f"it is no Zarr store, or a damaged one: {error}") from None

@@ -16,6 +16,7 @@ from .answer import AnswerByRows
 from .cases import membrane_of_case
 from .membrane import MembraneByRows
 from .solve import solve
+from .solver import Solver
 from .trace import Step, trace
 
-__all__ = ["AnswerByRows", "MembraneByRows", "Step", "membrane_of_case", "solve", "trace"]
+__all__ = ["AnswerByRows", "MembraneByRows", "Solver", "Step", "membrane_of_case", "solve", "trace"]

@@ -3,44 +3,33 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ..errors import CaseFileError
-from ..geometry.fields import upwards_rows
-from ..io.cases import read_membrane_parts
+from ..io.cases import read_membrane_by_rows
 from .membrane import MembraneByRows
+from .ranks import Ranks
 
-_FIELDS = "load", "support", "ceiling", "foundation", "frame_height"
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 
-def membrane_of_case(path: str | Path) -> MembraneByRows:
-    """Return the membrane that a case file describes; its fields are evaluated row by row.
+def membrane_of_case(path: str | Path, comm: MPI.Comm | None = None) -> MembraneByRows:
+    """Return the membrane that a case file describes, of which each process reads the rows that it needs.
 
-    Every process lays out the frame, one byte a point, and reads data files whole, to keep its rows of them.
+    The frame is laid out, and files of .npy, .tif (by rasterio), .nc and .zarr are read, for these rows alone; files of
+    other kinds are read whole. All processes must call it.
+
+    Parameters
+    ----------
+    path : str or Path
+    comm : mpi4py.MPI.Comm, optional
+        By default all processes that were started together.
 
     Raises
     ------
     CaseFileError
-        If the file is no good, or describes what several processes do not solve: the message tells what.
+        If the file is no good, or describes what several processes do not solve: the message tells what, in every
+        process. What is wrong with values is told when their rows are read.
     """
-    parts = read_membrane_parts(path)
-    lattice, rows = parts["lattice"], parts["rows"]
-    if lattice.cuts is not None:
-        raise CaseFileError(f"{path}: fitted = true is not solved by several processes; start one")
-    return MembraneByRows(
-        lattice.shape,
-        lattice.spacing,
-        _upright(parts["tension"], rows),
-        **{name: _upright(parts[name], rows) for name in _FIELDS},
-        mask=lattice.mask,
-        origin=lattice.origin,
-        upwards=parts["upwards"],
-    )
-
-
-def _upright(field: Any, rows: Any) -> Any:
-    if isinstance(field, tuple):
-        return tuple(_upright(part, rows) for part in field)
-    return upwards_rows(field, rows) if isinstance(field, np.ndarray) and field.ndim == 2 else field
+    parts = read_membrane_by_rows(path, Ranks(comm))
+    return MembraneByRows.on(parts.pop("lattice"), parts.pop("tension"), **parts)

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector, boolean, finite_number, positive_number, real_array
 from ..foundation.text import shortened
-from ..geometry.fields import evaluated, is_function
+from ..geometry.fields import Rows, checked_rows, evaluated, is_function
 from ..geometry.lattice import refuse_indistinct, spacing_of_nodes
+from ..geometry.lattice_by_rows import EXACT, LatticeByRows
 from ..geometry.numbering import Grid
 from ..geometry.on_arms import harmonic_mean
 from ..models.base import elevations_of
@@ -68,6 +69,10 @@ class MembraneByRows:
         Along x and along y.
     load_factor : float
         By what the load is multiplied, see `with_load`.
+    facts : LatticeFacts
+        How the lattice lies to a frame's contour, and its coordinate reference system.
+    rows : {"up", "down"}
+        See `on`.
 
     Raises
     ------
@@ -112,6 +117,7 @@ class MembraneByRows:
             refuse_indistinct(first, first + self.spacing * (count - 1), self.spacing, axis)
         self.upwards = boolean(upwards, "upwards")
         self.load_factor = 1.0
+        self.facts, self.rows = EXACT, checked_rows("up")
         self._sense = -1.0 if self.upwards else 1.0
         if _is_number(frame_height):
             frame_height = finite_number(frame_height, "frame_height")
@@ -127,10 +133,38 @@ class MembraneByRows:
         if self.upwards:
             heights = {name: elevations_of(height) for name, height in heights.items()}
         self._fields = {"load": load, "mask": mask, "foundation": foundation, **heights}
+        self._refuse_other_shapes()
+
+    def _refuse_other_shapes(self) -> None:
         for name, field in [*self._fields.items(), *(("tension", part) for part in self.tension)]:
             given = getattr(field, "shape", np.shape(field) if not callable(field) and field is not None else ())
             if tuple(given) not in ((), self.shape):
                 raise ValueError(f"{name} must be a number, a function or have shape {self.shape}, got {tuple(given)}")
+
+    @classmethod
+    def on(cls, lattice: LatticeByRows, tension: Any, *, rows: Rows = "up", **fields: Any) -> MembraneByRows:
+        """Return a membrane on a lattice that is laid over a frame, see `contactqp.Frame.lattice_by_rows`.
+
+        Parameters
+        ----------
+        lattice : LatticeByRows
+        tension
+            See the class.
+        rows : {"up", "down"}
+            Which way y went from row to row of the arrays that the fields come from; those of the fields go up.
+        **fields
+            See the class: load, support and so on, but neither mask nor origin.
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> lattice = cq.Frame.disk(1.0).lattice_by_rows(0.25)
+        >>> MembraneByRows.on(lattice, 1.0, load=2.0, support=0.1)
+        MembraneByRows(9 x 9, spacing=0.25, tension=(1, 1))
+        """
+        membrane = cls(lattice.shape, lattice.spacing, tension, mask=lattice, origin=lattice.origin, **fields)
+        membrane.facts, membrane.rows = lattice.facts, checked_rows(rows)
+        return membrane
 
     def with_load(self, factor: float) -> MembraneByRows:
         """Return the membrane under so many times its load.
@@ -144,6 +178,29 @@ class MembraneByRows:
         other = copy(self)
         other.load_factor = self.load_factor * finite_number(factor, "factor")
         return other
+
+    def under(self, load: Any) -> MembraneByRows:
+        """Return the membrane under another load, given as when it was made.
+
+        Examples
+        --------
+        >>> membrane = MembraneByRows((1, 2), 1.0, 1.0, load=1.0, support=1.0)
+        >>> membrane.under(lambda x, y: 1.0 + x).rows_of("load", 0, 1)
+        array([[1., 2.]])
+        """
+        other = copy(self)
+        other.load_factor = 1.0
+        other.given, other._fields = ({**fields, "load": load} for fields in (self.given, self._fields))
+        other._refuse_other_shapes()
+        return other
+
+    def differs_in_load_alone(self, other: MembraneByRows) -> bool:
+        """Whether all but the load, and its factor, are the very same objects: as `with_load` and `under` make it."""
+        same = self.tension is other.tension and all(
+            field is other._fields[name] for name, field in self._fields.items() if name != "load"
+        )
+        places = (self.shape, self.spacing, self.origin) == (other.shape, other.spacing, other.origin)
+        return same and places and self.upwards == other.upwards
 
     def has(self, name: str) -> bool:
         """Whether there is a ``"ceiling"``, or a ``"foundation"``."""

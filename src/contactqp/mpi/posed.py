@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -9,7 +11,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..algebra.stencil import Stencil
 from ..algebra.stiffness import LatticeStiffness
 from ..foundation.checks import Mask, Vector
 from ..foundation.threads import Team
@@ -27,25 +28,9 @@ from .barriers import BarrierOfRows, PartOfBarrier, PartOfParabola, found_barrie
 from .measures import MeasuresByRows
 from .membrane import MembraneByRows
 from .ranks import Ranks
+from .stencils import PartOfStencil
 
 MeasuresOfRows: TypeAlias = LatticeMeasures | MeasuresByRows
-
-
-class _PartOfStencil(Stencil):
-    """A stencil that is part of a larger one.
-
-    Attributes
-    ----------
-    largest_of_all : float or None
-        The largest diagonal entry of all processes' nodes, once it is known.
-    """
-
-    largest_of_all: float | None = None
-
-    @property
-    def largest_diagonal(self) -> float:
-        """See `Stencil`: that of all processes' nodes."""
-        return super().largest_diagonal if self.largest_of_all is None else self.largest_of_all
 
 
 @dataclass
@@ -55,8 +40,6 @@ class _Read:
     Attributes
     ----------
     nodes : array of bool
-    load : array, shape (n,)
-        Force on each node.
     depth : array
         Of the support.
     above : array or None
@@ -70,13 +53,48 @@ class _Read:
     """
 
     nodes: Mask
-    load: Vector
     depth: Grid
     above: Grid | None
     across: float | Grid
     along: float | Grid
     ground: float | Grid
     frame: float | Grid
+
+
+class ScaledByRows:
+    """The dimensionless problem on a process's rows, see `contactqp.methods.multigrid.nested.Scaled`."""
+
+    def __init__(self, posed: PosedByRows) -> None:
+        self._problem = posed.problem
+        self._scaled, _ = posed.problem.scaled()
+        self._layout, self._part = posed.lattice.layout, posed.part
+
+    @property
+    def q(self) -> Vector:
+        """Reaction that would hold the gap zero, shape (n,)."""
+        return self._scaled.q
+
+    def force_grid(self) -> Grid:
+        """Return the same on the lattice's grid; as a vector it is made anew, and not kept."""
+        return self._layout.grid(self._problem.scaled()[0].q)
+
+    def reference_grid(self) -> Grid:
+        """Return the reference ordinates of nodes and frame points on the grid."""
+        grid = self._scaled.reference_grid()
+        self._part.share(grid)
+        return grid
+
+    def bound_grids(self) -> Limits:
+        """Return the bounds on the grid; where no node of any process is bounded by other than zero, empty grids."""
+        scaled = self._scaled
+        if all(self._part.everyones([scaled.bounds.standard])):
+            return NO_LIMITS
+        lower, upper = (self._layout.grid(np.ascontiguousarray(bound)) for bound in (scaled.lower, scaled.upper))
+        return lower, upper
+
+    def project(self, gap: Vector) -> Vector:
+        """Return the admissible gap nearest to a gap, node by node."""
+        return self._scaled.project(gap)
 
 
 class PosedByRows:
@@ -94,11 +112,15 @@ class PosedByRows:
         See `contactqp.methods.multigrid.strips.LEAST_ROWS`.
     threads : int
         Threads of each process.
+    start : callable, optional
+        Reads what is to be started from: it is called as soon as the rows are known, before what takes long.
 
     Attributes
     ----------
     part : Strip
         The rows, counted within the smallest rectangle that holds all nodes.
+    numbering : Numbering
+        The nodes that vectors hold, and their places in the array of the rows without its ring.
     problem : ContactQP
         As posed on these rows, not scaled.
     units : Units
@@ -118,29 +140,39 @@ class PosedByRows:
     Raises
     ------
     ValueError
-        If a process would have no node, or the lattice too few rows; or if the tension varies too much for a proof.
+        If a process would have no node, or the lattice too few rows; or if the tension varies too much for a proof; or
+        if there is nothing to start from on these rows.
     """
 
-    def __init__(self, membrane: MembraneByRows, ranks: Ranks, least: int = LEAST_ROWS, threads: int = 1) -> None:
+    def __init__(
+        self,
+        membrane: MembraneByRows,
+        ranks: Ranks,
+        least: int = LEAST_ROWS,
+        threads: int = 1,
+        start: Callable[[PosedByRows], None] | None = None,
+    ) -> None:
         self.membrane, self.ranks, self._threads = membrane, ranks, threads
         self.top, self.left, shape = self._box()
         self.part = Strip(ranks, tuple(divided(shape[0], ranks.size, least)), least)
         self.columns = slice(self.left, self.left + shape[1])
         read = ranks.agreed(self._read)
         nodes, depth, above = read.nodes, read.depth, read.above
-        numbering = Numbering(np.ascontiguousarray(nodes[1:-1, 1:-1]), whole=True)
+        self.numbering = numbering = Numbering(np.ascontiguousarray(nodes[1:-1, 1:-1]), whole=True)
         lone = [rank for rank, count in enumerate(ranks.everyones([self._count(numbering.mask)])) if not count]
         if lone:
             raise ValueError(f"process {lone[0]} of {ranks.size} has no node in its rows; start fewer processes")
+        if start is not None:
+            start(self)
         self._rows_of_nodes = np.concatenate([[0], np.cumsum(np.count_nonzero(numbering.mask, axis=1))])
-        self.load = read.load
+        self.load = ranks.agreed(self._read_load)
         self.stencil = stencil = self._stencil(numbering, read)
         self.datum, self.relief, self._frame = self._frame_depths(read.frame)
         datum = self.datum
         supported = numbering.to_vector(np.isfinite(depth), ring=1)
         self.barrier: BarrierOfRows = self._barrier(shape, self._ends(nodes[1:-1, 1:-1], shape))
-        ceiling = None if above is None else numbering.to_vector(above, ring=1)
-        scale = self._scale(numbering.to_vector(depth, ring=1), ceiling)
+        self._ceiling = ceiling = None if above is None else numbering.to_vector(above, ring=1)
+        scale = self._scale(numbering.to_vector(depth, ring=1))
         depth[~np.isfinite(depth)] = datum
         np.copyto(depth, self._frame, where=~nodes)
         self.reference = numbering.to_vector(depth, ring=1)
@@ -155,6 +187,26 @@ class PosedByRows:
         )
         scaled, self.units = self.problem.scaled()
         self.lattice = self._lattice(scaled)
+
+    def under(self, membrane: MembraneByRows) -> PosedByRows:
+        """Return the problem of a membrane that differs in its load alone; it shares all that has been set up.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the load is no good; in every process.
+        """
+        if membrane is self.membrane:
+            return self
+        other, problem = copy(self), self.problem
+        vars(other).pop("fingerprint", None)
+        other.membrane = membrane
+        other.load = self.ranks.agreed(other._read_load)
+        forces = other.load - self.stencil.pull(self.heights(self.reference))
+        scale = other._scale(np.where(problem.bounds.supported, self.reference, np.inf))
+        other.problem = problem.with_forces(forces, gap_scale=scale)
+        _, other.units = other.problem.scaled()
+        return other
 
     def _box(self) -> tuple[int, int, tuple[int, int]]:
         """Return first row and column of the smallest rectangle that holds all nodes, and its rows and columns."""
@@ -199,7 +251,6 @@ class PosedByRows:
         window = self.top + part.offset - 1, self.left - 1, nodes
         return _Read(
             nodes,
-            membrane.node_area * laid_out("load")[1:-1, 1:-1][nodes[1:-1, 1:-1]],
             depth,
             above,
             membrane.arms("x", *window),
@@ -208,10 +259,23 @@ class PosedByRows:
             membrane.frame_depths(*window),
         )
 
-    def _stencil(self, numbering: Numbering, read: _Read) -> Stencil:
+    @property
+    def rows_of_nodes(self) -> tuple[int, int]:
+        """The rows [first, last) of the membrane's lattice that vectors hold the nodes of."""
+        first = self.top + self.part.offset
+        return first, first + self.numbering.rows
+
+    def _read_load(self) -> Vector:
+        """Return the force on each node."""
+        nodes = np.zeros((self.numbering.rows, self.membrane.shape[1]), dtype=np.bool_)
+        nodes[:, self.columns] = self.numbering.mask
+        load = self.membrane.rows_of("load", *self.rows_of_nodes, nodes)
+        return self.membrane.node_area * self.numbering.to_vector(load[:, self.columns])
+
+    def _stencil(self, numbering: Numbering, read: _Read) -> PartOfStencil:
         """Return the stiffness of the process's nodes."""
         across, along = (self._one_if_equal(arms) for arms in (read.across, read.along))
-        stencil = _PartOfStencil.on(numbering, across, along, read.ground)
+        stencil = PartOfStencil.on(numbering, across, along, read.ground)
         stencil.grounded = self.membrane.has("foundation")  # though no arm may end on the ground in these rows
         own = float(stencil.diagonal()[self.own].max())
         stencil.largest_of_all = max(self.part.everyones([own]))
@@ -284,8 +348,9 @@ class PosedByRows:
         """Whether all arms are equal in each direction, and there is no foundation."""
         return self.stencil.even and not self.membrane.has("foundation")
 
-    def _scale(self, depth: Vector, ceiling: Vector | None) -> float | None:
+    def _scale(self, depth: Vector) -> float | None:
         """Return the length that tolerances are measured by, see `contactqp.models.base.length_scale`."""
+        ceiling = self._ceiling
         v, count, datum = self.barrier.v, self.total(np.ones(self.load.size)), self.datum
         # As `Barrier.mean_deflection`, for a load and for suction, at the frame's mean height.
         load = self.load - self.springs * datum if self.membrane.has("foundation") else self.load
@@ -325,22 +390,32 @@ class PosedByRows:
         along = np.broadcast_to(stencil.vertical, (rows + 1, columns))
         return Arms(layout, *joined_to_nodes(layout, across, along), ground, part=self.part)
 
-    def start(self) -> tuple[Grid, Grid, Limits]:
-        """Return q, the reference and the bounds of the dimensionless problem on the lattice's grid."""
-        (scaled, _), layout = self.problem.scaled(), self.lattice.layout
-        limits: Limits = NO_LIMITS
-        if not all(self.part.everyones([self.problem.bounds.standard])):
-            lower, upper = (np.ascontiguousarray(bound) for bound in (scaled.lower, scaled.upper))
-            limits = layout.grid(lower), layout.grid(upper)
-        grid = scaled.reference_grid()
-        self.part.share(grid)
-        return layout.grid(scaled.q), grid, limits
+    def scaled(self) -> ScaledByRows:
+        """Return the dimensionless problem, as the multigrid starts from it."""
+        return ScaledByRows(self)
+
+    def useful(self, gap: Vector) -> Vector | None:
+        """Return a gap to start from, dimensionless; None where a cold start is nearer to the solution by its energy.
+
+        See `contactqp.solving.starts.useful_start`.
+
+        Parameters
+        ----------
+        gap : array, shape (n,)
+            Length.
+        """
+        scaled, units = self.problem.scaled()
+        with np.errstate(over="ignore", invalid="ignore"):
+            start = units.dimensionless(gap)
+            admissible = scaled.project(start)
+            energy = self.total((0.5 * scaled.stiffness.matvec(admissible) + scaled.q) * admissible)
+        # Neither nan nor an overflow is <= 0.
+        return start if energy <= 0 and np.isfinite(energy) else None
 
     def measures(self, gap: Vector, threads: int) -> MeasuresOfRows:
         """Return what all processes together measure of a gap (length), of which each holds its rows."""
         if isinstance(self.barrier, PartOfBarrier):
-            places = [self.nodes_of(*block) for block in self.part.blocks]
-            return MeasuresByRows(self.problem, self.barrier, gap, self.part, places)
+            return MeasuresByRows(self.problem, self.stencil, self.barrier, gap, self.part, self._rows_of_nodes)
         return LatticeMeasures(self.problem, self.barrier, gap, self.part, threads=threads)
 
     def heights(self, below: Vector) -> Grid:

@@ -8,13 +8,14 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import CaseFileError
 from ..foundation.interrupts import INTERRUPTED
 from ..foundation.loading import needed
 
@@ -32,7 +33,10 @@ _LITTLE = 128
 _SPINNING, _LONGEST_NAP = 2e-4, 5e-3
 """Seconds for which messages are waited for by asking again and again, and at most between two questions afterwards."""
 
-_KINDS = {kind.__name__: kind for kind in (ValueError, TypeError, OSError, ImportError, MemoryError, ArithmeticError)}
+_KINDS = {
+    kind.__name__: kind
+    for kind in (CaseFileError, ValueError, TypeError, OSError, ImportError, MemoryError, ArithmeticError)
+}
 
 _Found = TypeVar("_Found")
 
@@ -50,8 +54,8 @@ class Ranks:
     ----------
     rank, size : int
     messages, sent : int
-        How many messages this process has sent to neighbours or to all, and how many bytes: what goes to all counts
-        once, whatever way MPI takes.
+        How many messages this process has sent to others or to all, and how many bytes: what goes to all counts once,
+        whatever way MPI takes.
 
     Raises
     ------
@@ -63,9 +67,32 @@ class Ranks:
         needed("mpi4py", "working in several processes", INSTALL)
         from mpi4py import MPI
 
-        self.comm, self._aside = _duplicates(MPI.COMM_WORLD if comm is None else comm)
+        self.comm, self._aside, self._every = _kept(MPI.COMM_WORLD if comm is None else comm)
         self.rank, self.size = self.comm.Get_rank(), self.comm.Get_size()
-        self.messages = self.sent = 0
+        self._traffic = _Traffic()
+
+    @property
+    def messages(self) -> int:
+        """Messages sent so far."""
+        return self._traffic.messages
+
+    @property
+    def sent(self) -> int:
+        """Bytes in them."""
+        return self._traffic.sent
+
+    def every(self, step: int) -> Ranks | None:
+        """Return every ``step``-th process, ``size // step`` of them, if this is one of them; all must call it."""
+        from mpi4py import MPI
+
+        if step not in self._every:
+            chosen = self.rank % step == 0 and self.rank // step < self.size // step
+            self._every[step] = self.comm.Split(0 if chosen else MPI.UNDEFINED, self.rank)
+        if self._every[step] == MPI.COMM_NULL:
+            return None
+        found = Ranks(self._every[step])
+        found._traffic = self._traffic
+        return found
 
     def everyones(self, found: list[_Found]) -> list[_Found]:
         """Return what all have found, one after the other: by one message where that is little, else by two."""
@@ -76,7 +103,7 @@ class Ranks:
         own[:8] = np.array([told.size]).view(np.uint8)
         if told.size <= _LITTLE - 8:
             own[8 : 8 + told.size] = told
-        self._wait([self.comm.Iallgather(own, all_told)], _LITTLE)
+        self._wait([self.comm.Iallgather(own, all_told)], 1, _LITTLE)
         sizes = all_told[:, :8].copy().view(np.int64).ravel()
         if sizes.max() <= _LITTLE - 8:
             parts = [all_told[k, 8 : 8 + size] for k, size in enumerate(sizes)]
@@ -84,7 +111,7 @@ class Ranks:
             ends = np.cumsum(sizes)
             together = np.empty(ends[-1], np.uint8)
             places = sizes.tolist(), (ends - sizes).tolist()
-            self._wait([self.comm.Iallgatherv(told, [together, places])], told.size)
+            self._wait([self.comm.Iallgatherv(told, [together, places])], 1, told.size)
             parts = np.split(together, ends[:-1])
         return [one for part in parts for one in pickle.loads(part.tobytes())]
 
@@ -94,7 +121,8 @@ class Ranks:
         Raises
         ------
         Exception
-            The first process's that failed; in the others of the same kind, where that is built in.
+            The first process's that failed; in the others one in the same words, of the same kind where that is built
+            in or tells of a case file.
         """
         done, trouble = None, None
         try:
@@ -102,13 +130,13 @@ class Ranks:
         except Exception as error:
             trouble = error
         told = self.everyones([None if trouble is None else (type(trouble).__name__, str(trouble))])
-        failed = next((one for one in told if one is not None), None)
+        failed = next((rank for rank, one in enumerate(told) if one is not None), None)
         if failed is None:
             return cast("_Found", done)
-        if trouble is not None:
+        if trouble is not None and failed == self.rank:
             raise trouble
-        kind = _KINDS.get(failed[0], RuntimeError)
-        raise kind(failed[1])
+        kind, words = cast("tuple[str, str]", told[failed])
+        raise _KINDS.get(kind, RuntimeError)(words) from trouble
 
     @contextmanager
     def ended_together(self) -> Iterator[None]:
@@ -138,60 +166,51 @@ class Ranks:
             time.sleep(0.01)
         return True
 
-    def exchange(
-        self, down: NDArray[Any], up: NDArray[Any], from_below: NDArray[Any], from_above: NDArray[Any]
-    ) -> None:
-        """Send rows to the process before and to the one behind, where there is one, and write what these send."""
-        rows, requests, sent = [], [], 0
-        for other, given, wanted in ((self.rank - 1, down, from_below), (self.rank + 1, up, from_above)):
-            if not 0 <= other < self.size:
-                continue
-            rows.append((wanted, np.empty(wanted.shape, wanted.dtype), np.ascontiguousarray(given)))
-            requests.append(self.comm.Irecv(_as_bytes(rows[-1][1]), other))
-            requests.append(self.comm.Isend(_as_bytes(rows[-1][2]), other))
-            sent += given.nbytes
-        self._wait(requests, sent)
-        for wanted, got, _ in rows:
-            wanted[...] = got
+    def exchange(self, given: list[tuple[int, NDArray[Any]]], wanted: list[tuple[int, NDArray[Any]]]) -> None:
+        """Send arrays to some of the others, and write what some of the others send; these must call it, too."""
+        left = [(other, np.ascontiguousarray(array)) for other, array in given]
+        come = [(other, np.empty(array.shape, array.dtype)) for other, array in wanted]
+        requests = [self.comm.Irecv(_as_bytes(array), other) for other, array in come]
+        requests += [self.comm.Isend(_as_bytes(array), other) for other, array in left]
+        self._wait(requests, len(left), sum(array.nbytes for _, array in left))
+        for (_, array), (_, found) in zip(wanted, come, strict=True):
+            array[...] = found
 
-    def collect(self, array: NDArray[Any], edges: list[int]) -> None:
-        """Write everyone's rows: process k has those from ``edges[k]`` to ``edges[k + 1]``."""
-        from mpi4py import MPI
-
-        if self.size == 1:
-            return
-        row = array[:1].size
-        counts = [row * (last - first) for first, last in pairwise(edges)]
-        places = [row * first for first in edges[:-1]]
-        request = self.comm.Iallgatherv(MPI.IN_PLACE, [array, (counts, places)])
-        self._wait([request], counts[self.rank] * array.itemsize)
-
-    def _wait(self, requests: list[MPI.Request], sent: int) -> None:
-        """Wait for messages, and count them.
+    def _wait(self, requests: list[MPI.Request], messages: int, sent: int) -> None:
+        """Wait for messages, and count those that are sent.
 
         MPI's own waiting takes a whole core, which others may need where there are more processes than cores, and does
         not answer Ctrl-C. Between two questions a tenth of the time goes by that has gone by before.
         """
         from mpi4py import MPI
 
-        if not requests:
-            return
-        self.messages += max(1, len(requests) // 2)
-        self.sent += sent
+        self._traffic.messages += messages
+        self._traffic.sent += sent
         began = time.perf_counter()
         while not MPI.Request.Testall(requests):
             if (waited := time.perf_counter() - began) > _SPINNING:
                 time.sleep(min(waited / 10, _LONGEST_NAP))
 
 
-def _duplicates(comm: MPI.Comm) -> tuple[MPI.Comm, MPI.Comm]:
-    """Return two duplicates of a communicator, the same ones whenever they are asked for: MPI has few to give."""
+@dataclass
+class _Traffic:
+    """What a process has sent, by whichever communicator."""
+
+    messages: int = 0
+    sent: int = 0
+
+
+def _kept(comm: MPI.Comm) -> tuple[MPI.Comm, MPI.Comm, dict[int, MPI.Comm]]:
+    """Return two duplicates of a communicator, and those of every second process, and so on, by their step.
+
+    The same ones whenever they are asked for: MPI has few to give.
+    """
     key = _key()
     known: Any = comm.Get_attr(key)
     if known is None:
-        known = comm.Dup(), comm.Dup()
+        known = comm.Dup(), comm.Dup(), {}
         comm.Set_attr(key, known)
-    return cast("tuple[MPI.Comm, MPI.Comm]", known)
+    return cast("tuple[MPI.Comm, MPI.Comm, dict[int, MPI.Comm]]", known)
 
 
 @cache

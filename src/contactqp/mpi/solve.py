@@ -13,7 +13,7 @@ from ..backends.multigrid import MAX_CYCLES, CycleLog
 from ..foundation.checks import Vector, integer_at_least
 from ..foundation.text import counted
 from ..foundation.threads import Team
-from ..methods.multigrid.nested import nested_start
+from ..methods.multigrid.nested import Succession
 from ..methods.multigrid.strips import LEAST_ROWS
 from ..methods.multigrid.weighted_hierarchy import load_kernels
 from ..proof.status import Status
@@ -22,6 +22,7 @@ from .answer import AnswerByRows
 from .membrane import MembraneByRows, require_rows
 from .posed import MeasuresOfRows, PosedByRows
 from .ranks import Ranks
+from .starts import WarmStart, start_of
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -41,6 +42,7 @@ def solve(
     tol: float | str = 1e-6,
     max_iter: int | None = None,
     time_limit: float | None = None,
+    warm_start: WarmStart = None,
     threads: int = 1,
     least_rows: int = LEAST_ROWS,
 ) -> AnswerByRows:
@@ -57,10 +59,14 @@ def solve(
         By default all processes that were started together.
     tol, max_iter, time_limit
         See `contactqp.solve`; the clock is that of the first process.
+    warm_start : AnswerByRows or path, optional
+        An earlier answer on the same lattice, under any load, to start from in the place of coarser lattices: one of
+        the same processes' rows, or the path of a Zarr store that `AnswerByRows.to_zarr` has written, by any number of
+        processes. It is clipped to what is admissible; one whose energy is more than that of the gap zero is not used.
     threads : int
         Threads of each process.
     least_rows : int
-        Rows a process below which a coarse level is held whole by every one.
+        Rows a process below which the strips of a coarse level are merged.
 
     Returns
     -------
@@ -69,9 +75,12 @@ def solve(
     Raises
     ------
     ImportError
-        If mpi4py is not installed.
+        If mpi4py is not installed, or a store is given, and zarr is not.
+    OSError
+        If a store cannot be read; in every process.
     TypeError, ValueError
-        If an argument is no good, or there are too many processes for so few rows; in every process.
+        If an argument is no good, or there are too many processes for so few rows; or if what is to be started from
+        belongs to another lattice or other rows, or is not finite; in every process.
 
     Examples
     --------
@@ -80,15 +89,31 @@ def solve(
     >>> answer = cq.mpi.solve(membrane)
     >>> answer.status.value, answer.gap.shape
     ('certified', (63, 63))
+    >>> sharper = cq.mpi.solve(membrane, tol=1e-9, warm_start=answer)
+    >>> sharper.status.value, sharper.iterations < cq.mpi.solve(membrane, tol=1e-9).iterations
+    ('certified', True)
     """
     require_rows(membrane)
     request = Request.of(tol, max_iter, time_limit)
     threads, least_rows = integer_at_least(threads, 1, "threads"), integer_at_least(least_rows, 1, "least_rows")
-    started = time.perf_counter()
-    return solve_posed(PosedByRows(membrane, Ranks(comm), least_rows, threads), request, threads, started)
+    started, ranks = time.perf_counter(), Ranks(comm)
+    start = start_of(warm_start, membrane, ranks)
+    posed = PosedByRows(membrane, ranks, least_rows, threads, None if start is None else start.read)
+    problems = Succession(posed.lattice, keeps=False)
+    return solve_posed(posed, request, threads, started, problems, None if start is None else start.gap)
 
 
-def solve_posed(posed: PosedByRows, request: Request, threads: int, started: float) -> AnswerByRows:
+def solve_posed(
+    posed: PosedByRows,
+    request: Request,
+    threads: int,
+    started: float,
+    problems: Succession,
+    start: Vector | None = None,
+    *,
+    predicted: bool = False,
+    resumes: bool = False,
+) -> AnswerByRows:
     """Solve what has been posed already, see `solve`.
 
     Parameters
@@ -98,6 +123,12 @@ def solve_posed(posed: PosedByRows, request: Request, threads: int, started: flo
     threads : int
     started : float
         When the work began, by ``time.perf_counter()``.
+    problems : Succession
+        Those on the lattice, of which this is the next.
+    start : array, shape (n,), optional
+        A gap to start from (length).
+    predicted, resumes : bool
+        Where that comes from, see `contactqp.backends.base.Task`.
     """
     ranks = posed.ranks
     task = _Task(posed, request, threads, started)
@@ -106,9 +137,12 @@ def solve_posed(posed: PosedByRows, request: Request, threads: int, started: flo
     setup_seconds = time.perf_counter() - started
     outcome: tuple[Stop, str] | None = None
     with Team(threads) as team:
-        q, reference, limits = posed.start()
-        solver = nested_start(posed.lattice, q, reference, team, limits=limits)
-        del q, reference, limits  # of which the iteration keeps what it needs
+        useful = None if start is None else posed.useful(start)
+        unit = float(np.max(posed.units.length))
+        if useful is None:
+            predicted = resumes = False
+        solver = problems.begun(posed.scaled(), team, useful, unit=unit, predicted=predicted, resumes=resumes)
+        del start, useful  # of which the iteration keeps what it needs
         before, began = (ranks.messages, ranks.sent), time.perf_counter()
         while outcome is None:
             solver.relax()

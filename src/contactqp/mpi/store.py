@@ -72,6 +72,23 @@ def facts_of_store(path: Path) -> dict[str, Any]:
         return {}
 
 
+def opened(path: Path) -> Any:
+    """Return a store to read from.
+
+    Raises
+    ------
+    ImportError
+        If zarr is not installed.
+    OSError
+        If there is none, or it cannot be read.
+    """
+    zarr = needed("zarr", "reading .zarr", INSTALL)
+    try:
+        return zarr.open_group(path, mode="r")
+    except Exception as error:  # whatever it says of what is no store
+        raise OSError(f"{path} is no Zarr store, or a damaged one: {error}") from None
+
+
 def _create(
     folder: Path, membrane: MembraneByRows, fields: Mapping[str, Field], facts: Mapping[str, Any], chunk: int
 ) -> None:
@@ -98,7 +115,9 @@ def _create(
 def _up_to_chunk(ranks: Ranks, values: NDArray[Any], lent: int, lacking: int) -> NDArray[Any]:
     """Return the rows that a process writes: without those it lends the process before, with those it lacks."""
     borrowed = np.empty((lacking, *values.shape[1:]), dtype=values.dtype)
-    ranks.exchange(values[:lent], values[:0], values[:0].copy(), borrowed)
+    given = [(ranks.rank - 1, values[:lent])] if ranks.rank > 0 else []
+    wanted = [(ranks.rank + 1, borrowed)] if ranks.rank < ranks.size - 1 else []
+    ranks.exchange(given, wanted)
     return np.concatenate([values[lent:], borrowed])
 
 

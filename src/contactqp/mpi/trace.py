@@ -8,15 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..foundation.brackets import Bracket
-from ..foundation.checks import finite_number, integer_at_least
+from ..foundation.checks import Vector, finite_number
 from ..foundation.files import made_folder
 from ..methods.multigrid.strips import LEAST_ROWS
-from ..solving.request import Request
-from .membrane import MembraneByRows, require_rows
+from ..solving.prediction import KEPT, Known, extrapolated
+from .membrane import MembraneByRows
 from .posed import PosedByRows
-from .ranks import Ranks
-from .solve import solve_posed
+from .solver import AllRows, Solver
+from .starts import gap_of_store
 from .store import facts_of_store
 
 if TYPE_CHECKING:
@@ -64,9 +66,12 @@ def trace(
 ) -> list[Step]:
     """Solve a membrane under several loads, one after the other, and write a Zarr store of each; all must call it.
 
+    What does not depend on the load is set up once. From the third load on each solve starts from what the stores of
+    the last three let expect, where contact grows from load to load; else from coarser lattices.
+
     A store appears when it is whole. Called again, after the processes have been killed for instance, it goes on after
     the stores that are there, if they are of the same data and a tolerance that is no larger; the number of processes
-    may be another, for the bits are the same.
+    may be another, for the bits are the same, and those that follow start from the stores as they would have before.
 
     Parameters
     ----------
@@ -97,25 +102,43 @@ def trace(
     >>> [step.status for step in steps], steps[0].contact_area.upper < steps[1].contact_area.lower
     (['certified', 'certified'], True)
     """
-    require_rows(membrane)
-    request, threads = Request.of(tol, None, None), integer_at_least(threads, 1, "threads")
-    ranks, factors = Ranks(comm), [finite_number(factor, f"loads[{k}]") for k, factor in enumerate(loads)]
+    session = Solver(membrane, comm, tol=tol, threads=threads, least_rows=least_rows)
+    ranks, factors = session.ranks, [finite_number(factor, f"loads[{k}]") for k, factor in enumerate(loads)]
     place = ranks.agreed(lambda: made_folder(Path(folder)))
-    steps = []
+    steps: list[Step] = []
     for number, factor in enumerate(factors):
         started, store = time.perf_counter(), place / f"load-{number:04d}.zarr"
-        posed = PosedByRows(membrane.with_load(factor), ranks, least_rows, threads)
+        posed = session.posed(membrane.with_load(factor))
         wanted = posed.fingerprint
         known = ranks.everyones([facts_of_store(store)] if ranks.rank == 0 else [])[0]
         resumed = known.get("fingerprint") == wanted and known.get("tol", 1.0) <= tol
         if not resumed:
-            answer = solve_posed(posed, request, threads, started)
+            start = _expected(steps, factor, posed)
+            answer = session.answered(posed, started, start, predicted=True)
             numbers = {"contact_area": list(answer.contact_area), "total_reaction": list(answer.total_reaction)}
             own = {"fingerprint": wanted, "load_factor": factor, **numbers}
             answer.to_zarr(store, own)
             known = {"status": answer.status.value, "gap_error_bound": answer.gap_bound, **own}
         steps.append(_step(factor, store, known, resumed=resumed))
     return steps
+
+
+def _expected(steps: list[Step], factor: float, posed: PosedByRows) -> Vector | None:
+    """Return the gap (length) that the stores of the last steps let expect; None where it had better be a cold start.
+
+    It is read from the stores, not from memory, so that it is the same where the trace was interrupted before.
+    """
+    last: list[Step] = []
+    for step in steps:
+        if np.isfinite(step.gap_bound):
+            last = [*(one for one in last[1 - KEPT :] if one.factor != step.factor), step]
+    if last and last[-1].factor == factor:
+        return gap_of_store(last[-1].store, posed)
+    if len(last) < 2:
+        return None
+    known = [Known(step.factor, gap_of_store(step.store, posed), posed.problem.bounds) for step in last]
+    found = extrapolated(known, factor - last[-1].factor, AllRows(posed))
+    return found[0] if found is not None and found[1] else None
 
 
 def _step(factor: float, store: Path, facts: dict[str, Any], *, resumed: bool) -> Step:

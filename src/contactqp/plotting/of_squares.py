@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
@@ -19,6 +20,25 @@ if TYPE_CHECKING:
 _KINDS = (("certainly clear", CLEAR), ("undecided", UNDECIDED), ("certainly in contact", CONTACT))
 
 
+class Halves(NamedTuple):
+    """Squares of which the frame leaves a half.
+
+    Attributes
+    ----------
+    squares : array of bool, shape (rows, columns)
+        Which they are.
+    corners : array, shape (k, 3, 2)
+        x and y of the corners of each half, in the order of ``np.nonzero(squares)`` (length).
+    """
+
+    squares: Mask
+    corners: NDArray[np.float64]
+
+    def of(self, squares: Mask) -> NDArray[np.float64]:
+        """Return the corners of those that are among some squares."""
+        return self.corners[squares[self.squares]]
+
+
 class Strip(NamedTuple):
     """Squares that hold a free boundary.
 
@@ -27,13 +47,17 @@ class Strip(NamedTuple):
     edges : pair of arrays, shapes (columns + 1,) and (rows + 1,)
         x and y of the lines between squares (length).
     squares : array of bool, shape (rows, columns)
+    halves : Halves
     """
 
     edges: tuple[Vector, Vector]
     squares: Mask
+    halves: Halves
 
 
-def map_of_squares(edges: tuple[Vector, Vector], states: tuple[Mask, Mask, Mask], wanted: Wanted, title: str) -> Figure:
+def map_of_squares(
+    edges: tuple[Vector, Vector], states: tuple[Mask, Mask, Mask], halves: Halves, wanted: Wanted, title: str
+) -> Figure:
     """Draw which squares are clear, undecided and in contact.
 
     Parameters
@@ -42,11 +66,13 @@ def map_of_squares(edges: tuple[Vector, Vector], states: tuple[Mask, Mask, Mask]
         x and y of the lines between the squares (length).
     states : three arrays of bool, shape (rows, columns)
         Which squares are clear, which undecided, and which in contact.
+    halves : Halves
     wanted : Wanted
     title : str
         The picture's own headline.
     """
-    load_modules("matplotlib.colors", "matplotlib.patches")
+    load_modules("matplotlib.collections", "matplotlib.colors", "matplotlib.patches")
+    from matplotlib.collections import PolyCollection
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
@@ -54,14 +80,17 @@ def map_of_squares(edges: tuple[Vector, Vector], states: tuple[Mask, Mask, Mask]
     axes = axes_for(wanted, (float(np.ptp(x)), float(np.ptp(y))))
     kind = np.full(states[0].shape, np.nan)
     for number, state in enumerate(states):
-        kind[state] = number
+        kind[state & ~halves.squares] = number
     colours = [colour for _, colour in _KINDS]
+    for colour, state in zip(colours, states, strict=True):
+        shown = list(halves.of(state))
+        axes.add_collection(PolyCollection(shown, facecolors=colour, edgecolors="none", rasterized=True))
     axes.pcolormesh(x, y, kind, cmap=ListedColormap(colours), vmin=-0.5, vmax=2.5, rasterized=True)
-    shown = [
+    kinds = [
         Patch(color=colour, label=name) for (name, colour), state in zip(_KINDS, states, strict=True) if state.any()
     ]
     place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "frameon": False, "fontsize": "small"}
-    axes.legend(handles=shown, ncols=3, **place)
+    axes.legend(handles=kinds, ncols=3, **place)
     finish(axes, wanted, title)
     return figure_of(axes)
 
@@ -76,22 +105,26 @@ def draw_strip(axes: Axes, strip: Strip) -> None:
     """
     load_modules("matplotlib.collections", "matplotlib.patches")
     from matplotlib.collections import LineCollection, PatchCollection
-    from matplotlib.patches import Rectangle
+    from matplotlib.patches import Patch, Polygon, Rectangle
 
     x, y = strip.edges
-    padded = np.pad(strip.squares, 1).astype(np.int8)
+    padded = np.pad(strip.squares & ~strip.halves.squares, 1).astype(np.int8)
     # Runs of squares along each row, so that hatches go through.
     starts, ends = (np.argwhere(np.diff(padded[1:-1], axis=1) == sign) for sign in (1, -1))
-    runs = [
+    halves = strip.halves.of(strip.squares)
+    runs: list[Patch] = [
         Rectangle((x[first], y[row]), x[last] - x[first], y[row + 1] - y[row])
         for (row, first), (_, last) in zip(starts, ends, strict=True)
     ]
     axes.add_collection(
-        PatchCollection(runs, facecolor="none", edgecolor=INK, hatch="/////", linewidth=0.0, zorder=2.4)
+        PatchCollection(
+            [*runs, *map(Polygon, halves)], facecolor="none", edgecolor=INK, hatch="/////", linewidth=0.0, zorder=2.4
+        )
     )
     upright = [[(x[k], y[row]), (x[k], y[row + 1])] for row, k in np.argwhere(np.diff(padded[1:-1], axis=1))]
     level = [[(x[k], y[row]), (x[k + 1], y[row])] for row, k in np.argwhere(np.diff(padded[:, 1:-1], axis=0))]
-    axes.add_collection(LineCollection([*upright, *level], colors=INK, linewidths=0.8, zorder=2.4))
+    slanted = halves[:, 1:].tolist()
+    axes.add_collection(LineCollection([*upright, *level, *slanted], colors=INK, linewidths=0.8, zorder=2.4))
     axes.set_title(
         f"{axes.get_title()}\nhatched: the strip that holds the membrane's own free boundary", fontsize="medium"
     )

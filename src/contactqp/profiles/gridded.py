@@ -59,18 +59,20 @@ class Gridded(Profile):
                 f"depth must have a row for each y and a column for each x, shape ({rows.size}, {columns.size}), "
                 f"got {values.shape}"
             )
+        self._lie_at(columns, rows, outside)
+        values = values[:: 1 if rows[0] < rows[-1] else -1, :: 1 if columns[0] < columns[-1] else -1]
+        self.depth: Vector = read_only(np.array(-values if upwards else values))
+
+    def _lie_at(self, columns: Vector, rows: Vector, outside: Outside) -> None:
+        """Take the places of columns and rows, and what holds outside of them."""
         for name, places in (("x", columns), ("y", rows)):
             refuse_non_finite(places, name)
             steps = np.diff(places)
             if places.size < 2 or not ((steps > 0).all() or (steps < 0).all()):
                 raise ValueError(f"{name} must hold two places or more, in order, each once")
-        if columns[0] > columns[-1]:
-            columns, values = columns[::-1].copy(), values[:, ::-1]
-        if rows[0] > rows[-1]:
-            rows, values = rows[::-1].copy(), values[::-1]
-        self.x: Vector = read_only(columns)
-        self.y: Vector = read_only(rows)
-        self.depth: Vector = read_only(np.array(-values if upwards else values))
+        self.x, self.y = (
+            read_only(places if places[0] < places[-1] else places[::-1].copy()) for places in (columns, rows)
+        )
         self.outside = one_of(outside, OUTSIDE, "outside")
 
     @classmethod
@@ -90,12 +92,7 @@ class Gridded(Profile):
         >>> Gridded.of(ground)(0.0, [0.0, 1.0, 2.0])
         array([7., 6., 5.])
         """
-        if not (hasattr(array, "dims") and hasattr(array, "coords")):
-            raise TypeError(f"array must be an xarray.DataArray, got {type(array).__name__}; else say Gridded(x, y, z)")
-        array = array.squeeze([dim for dim in array.dims if dim not in ("x", "y") and array.sizes[dim] == 1], drop=True)
-        if set(array.dims) != {"x", "y"} or not {"x", "y"} <= set(array.coords):
-            raise ValueError(f"array must lie along y and x, with coordinates, got the dims {array.dims}")
-        grid = array.transpose("y", "x")
+        grid = in_plan(array)
         return cls(grid["x"].to_numpy(), grid["y"].to_numpy(), grid.to_numpy(), outside=outside, upwards=upwards)
 
     def __call__(self, x: ArrayLike, y: ArrayLike = 0.0) -> NDArray[np.float64]:
@@ -115,13 +112,21 @@ class Gridded(Profile):
                 )
             beyond |= out
             along[k] = np.clip(along[k], places[0], places[-1])
-        known = np.isfinite(self.depth)
+        if not beyond.size:
+            return np.empty(beyond.shape)
+        rows, columns = (
+            about(places, float(np.fmin.reduce(each, axis=None)), float(np.fmax.reduce(each, axis=None)))
+            for places, each in zip((self.y, self.x), along, strict=True)
+        )
+        depth = self.heights(rows, columns)
+        known = np.isfinite(depth)
         points = np.stack(along, axis=-1)
 
         def interpolated(values: NDArray[np.float64]) -> NDArray[np.float64]:
-            return np.asarray(RegularGridInterpolator((self.y, self.x), values)(points)).reshape(beyond.shape)
+            found = RegularGridInterpolator((self.y[rows], self.x[columns]), values)(points)
+            return np.asarray(found).reshape(beyond.shape)
 
-        found = interpolated(np.where(known, self.depth, 0.0))
+        found = interpolated(np.where(known, depth, 0.0))
         if not known.all():
             lost = interpolated(known.astype(np.float64)) < 1 - 1e-12
             if lost.any() and self.outside != "none":
@@ -133,7 +138,38 @@ class Gridded(Profile):
             beyond |= lost
         return np.asarray(np.where(beyond, np.inf, found) if self.outside == "none" else found)
 
+    def heights(self, rows: slice, columns: slice) -> NDArray[np.float64]:
+        """Return the depths in some rows and columns, which is all that an evaluation near them asks for."""
+        return self.depth[rows, columns]
+
     def __repr__(self) -> str:
-        rows, columns = self.depth.shape
         x, y = self.x, self.y
-        return f"Gridded({rows} x {columns}, x from {x[0]:g} to {x[-1]:g}, y from {y[0]:g} to {y[-1]:g})"
+        return f"Gridded({y.size} x {x.size}, x from {x[0]:g} to {x[-1]:g}, y from {y[0]:g} to {y[-1]:g})"
+
+
+def in_plan(array: Any) -> Any:
+    """Return an xarray.DataArray along y and x, with coordinates; others of one entry are left out.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is none, or lies along others.
+    """
+    if not (hasattr(array, "dims") and hasattr(array, "coords")):
+        raise TypeError(f"array must be an xarray.DataArray, got {type(array).__name__}; else say Gridded(x, y, z)")
+    array = array.squeeze([dim for dim in array.dims if dim not in ("x", "y") and array.sizes[dim] == 1], drop=True)
+    if set(array.dims) != {"x", "y"} or not {"x", "y"} <= set(array.coords):
+        raise ValueError(f"array must lie along y and x, with coordinates, got the dims {array.dims}")
+    return array.transpose("y", "x")
+
+
+def about(places: Vector, low: float, high: float) -> slice:
+    """Return which of some ascending places are needed to interpolate between two values, and one more on either side.
+
+    Examples
+    --------
+    >>> about(np.arange(10.0), 4.0, 5.5)
+    slice(3, 8, None)
+    """
+    begin = max(0, int(np.searchsorted(places, low, "right")) - 2)
+    return slice(begin, min(places.size, int(np.searchsorted(places, high, "left")) + 2))

@@ -27,7 +27,7 @@ _WORTH_COMPILED_PASSES = 10_000
 
 _GROW = 1 + 16 * UNIT_ROUNDOFF
 
-_ENCLOSED = 2
+ENCLOSED = 2
 """So many rows beside its own are enclosed as well, where a problem is a part of a larger one."""
 
 
@@ -139,7 +139,7 @@ class LatticeMeasures(Measures):
             grid = self._grid()
         layout = problem.layout
         with Team(self._threads) as team:
-            strips = team.strips(*self._part.near(_ENCLOSED), layout.columns)
+            strips = team.strips(*self._part.near(ENCLOSED), layout.columns)
         found = self._pass(self._passes.enclose, strips, grid, (problem.q,), results)
         bound = max(bound for bound, _ in found)
         if not all(finite for _, finite in found) or not np.isfinite(bound):

@@ -103,7 +103,7 @@ class SolvedTo:
                     "nodes": solution.problem.size,
                     "error_bound": found.error_bound,
                     **_parts(solution, _pointwise(found)),
-                    "undecided": _undecided(_pointwise(found)),
+                    "undecided": _pointwise(found).part_undecided,
                     "seconds": seconds,
                 }
                 for solution, found, seconds in zip(self.solutions, self.continua, self.seconds, strict=True)
@@ -116,7 +116,7 @@ class SolvedTo:
         for solution, found, relative, seconds in zip(
             self.solutions, self.continua, self.relative_bounds, self.seconds, strict=True
         ):
-            share = f"{at_most(100 * _undecided(_pointwise(found)))} %"
+            share = f"{at_most(100 * _pointwise(found).part_undecided)} %"
             rows.append(
                 f"  {_spacing_of(solution):<9.4g} {solution.problem.size:>9}  {at_most(found.error_bound):>7}  "
                 f"{at_most(relative):>18}  {share:>9}  {seconds:>7.3g}"
@@ -153,7 +153,7 @@ def solve_to(
     ----------
     model_of_spacing : callable
         Returns the membrane on a lattice of a spacing (length): of one tension, over one support, on a frame along
-        lines of all the lattices.
+        lines of all the lattices, or convex and along diagonals of their squares as well.
     continuum_tol : float
         Wanted bound of the distance from the membrane at the nodes, relative to the error scale as ``tol`` of
         `contactqp.solve` is.
@@ -261,8 +261,3 @@ def _parts(solution: Solution, found: MembraneBounds) -> dict[str, float]:
     algebra = np.inf if solution.certificate is None else solution.certificate.gap_bound
     rest = found.error_bound - algebra - found.data_part
     return {"algebra": float(algebra), "data": found.data_part, "discretisation": max(0.0, float(rest))}
-
-
-def _undecided(found: MembraneBounds) -> float:
-    contact = found.contact
-    return float(contact.undecided.sum() / (contact.undecided | contact.clear | contact.contact).sum())

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -142,6 +142,43 @@ def solve_between(
     --------
     See `Family`.
     """
+    ends = ends_of(model)
+    assert isinstance(model, LatticeModel)
+    found = enclosed_between(ends, backend, tol=tol, **options)
+    sign = -1.0 if model.upwards else 1.0
+    bounds = [read_only(sign * depth) for depth in found.depths]
+    return Family(
+        model,
+        least=found.solutions[0],
+        greatest=found.solutions[1],
+        deflection=(bounds[1], bounds[0]) if model.upwards else (bounds[0], bounds[1]),
+        contact=read_only(found.contact),
+        clear=read_only(found.clear),
+        uncertain=tuple(model.uncertain),
+    )
+
+
+class Between(NamedTuple):
+    """What is known of all members between two.
+
+    Attributes
+    ----------
+    solutions : (Solution, Solution)
+        The answers of the two.
+    depths : pair of arrays, shape (n,)
+        Lower and upper bounds of the members' deflections, positive downwards (length).
+    contact, clear : array of bool, shape (n,)
+        Nodes that the support certainly holds in all, and those that certainly touch it in none.
+    """
+
+    solutions: tuple[Solution, Solution]
+    depths: tuple[Vector, Vector]
+    contact: Mask
+    clear: Mask
+
+
+def ends_of(model: ContactModel) -> tuple[LatticeModel, LatticeModel]:
+    """Return the models of the least and of the greatest of all data; for what is raised see `solve_between`."""
     if not isinstance(model, LatticeModel):
         raise TypeError(f"a Membrane or a Cable can be given data that lie between two others, not {model!r}")
     if not model.uncertain:
@@ -152,20 +189,31 @@ def solve_between(
             "enclose no others"
         )
     low, high = model.extremes()
-    solutions = [solve(end, backend, tol=tol, **options) for end in (low, high)]
-    below = [_depths(solution, side) for solution, side in zip(solutions, (0, 1), strict=True)]
-    sign = -1.0 if model.upwards else 1.0
-    bounds = [read_only(sign * depth) for depth in below]
-    clear = (below[1] < low.depth) | ~np.isfinite(low.depth)
-    return Family(
-        model,
-        least=solutions[0],
-        greatest=solutions[1],
-        deflection=(bounds[1], bounds[0]) if model.upwards else (bounds[0], bounds[1]),
-        contact=read_only(_pressed(low, high, below[0])),
-        clear=read_only(clear),
-        uncertain=tuple(model.uncertain),
-    )
+    return low, high
+
+
+def enclosed_between(
+    ends: tuple[LatticeModel, LatticeModel],
+    backend: str | Backend,
+    *,
+    starts: tuple[Vector | None, Vector | None] = (None, None),
+    **options: Any,
+) -> Between:
+    """Return what two answers tell of all members between them.
+
+    Parameters
+    ----------
+    ends : (LatticeModel, LatticeModel)
+        See `ends_of`.
+    backend, **options
+        As for `contactqp.solve`.
+    starts : pair of arrays, shape (n,), or None
+        Gaps to start from (length).
+    """
+    low, high = (solve(end, backend, warm_start=start, **options) for end, start in zip(ends, starts, strict=True))
+    below = _depths(low, 0), _depths(high, 1)
+    clear = (below[1] < ends[0].depth) | ~np.isfinite(ends[0].depth)
+    return Between((low, high), below, _pressed(*ends, below[0]), clear)
 
 
 def _depths(solution: Solution, side: int) -> Vector:

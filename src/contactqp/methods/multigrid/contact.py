@@ -18,6 +18,7 @@ from ...foundation.threads import Team
 from ...geometry.numbering import Grid
 from ...geometry.runs import FREE, KIND
 from .arms import Arms
+from .hierarchy import VISITED
 from .lattice_kernels import exchange_kernels, lattice_kernels, start_from_coarse
 from .rows import HALO
 from .weighted_hierarchy import hierarchy_of
@@ -138,6 +139,7 @@ class ContactMultigrid:
         if not self._next.size:
             self._next = self.lattice.layout.zeros()
         first = self.hierarchy.levels[0]
+        first.part.hand_back(first.correction, VISITED)
         correction = first.beneath(first.correction)
         arguments = self.omega, self._next, correction, *self._coarsening, *self._bounded_place
         self.cut = sum(self._part.everyones(self.team.run(self._exchange.correct, self._strips, *arguments)))

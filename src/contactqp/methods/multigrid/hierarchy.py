@@ -54,6 +54,11 @@ class Plan:
     weighted: bool
 
     @property
+    def points(self) -> int:
+        """Points of the whole level, with the ring about it."""
+        return (self.rows + 2) * (self.columns + 2)
+
+    @property
     def stencil_precision(self) -> str:
         """Precision of its operator."""
         return "float64" if self.weighted else "float32"
@@ -74,7 +79,9 @@ class Level:
     Attributes
     ----------
     part : Rows
-        The rows that its arrays hold.
+        The rows that its arrays hold, as those see them who divide the level above.
+    within : Rows
+        The same rows, as those see them who work on the level.
     strips, beside, about : list of (int, int)
         The rows that are worked on; those and the next ones on either side, and the next two.
     given : list of (int, int)
@@ -87,8 +94,11 @@ class Level:
         self.plan, self._finer = plan, finer
         self.factors = plan.row_coarsening, plan.column_coarsening
         self.part = above.coarser(plan.rows, plan.columns, plan.row_coarsening)
+        self.within = self.part.alone
         shape = (self.part.height, plan.columns + 2)
-        self.strips, self.beside, self.about = (team.strips(*self.part.near(reach), plan.columns) for reach in range(3))
+        self.strips, self.beside, self.about = (
+            team.strips(*self.within.near(reach), plan.columns) for reach in range(3)
+        )
         highest = above.offset // plan.row_coarsening
         self._shift = highest - self.part.offset
         self.given = team.strips(self.part.own[0] - highest, self.part.own[1] - highest, plan.columns)
@@ -125,18 +135,14 @@ class Level:
             run(written, *beneath)
             rows = self.given[0][0] + np.flatnonzero(changed[self.given[0][0] : self.given[-1][1]])
             self.stencil[:, rows + self._shift] = written[:, rows]
-        self.part.share(self.stencil, reach=COARSENED, axis=1)
+        # The factors of smoothing, which follow, are those of who works on a row.
+        self.part.share(self.stencil[:-1], reach=COARSENED, axis=1)
         self.part.share(*marks, reach=COARSENED)
 
     @cached_property
     def kernels(self) -> LevelKernels:
         """The passes over it; looked up once, as a cycle visits small levels dozens of times."""
         return level_kernels(self.plan.precision, self.plan.stencil_precision)
-
-    @property
-    def points(self) -> int:
-        """Points of the whole level, with the ring about it."""
-        return (self.plan.rows + 2) * (self.plan.columns + 2)
 
     @cached_property
     def transfers(self) -> TransferKernels:
@@ -146,7 +152,7 @@ class Level:
 
 
 class Hierarchy:
-    """The coarse levels below a lattice, finest first.
+    """The coarse levels below a lattice, finest first, down to the first one on which the process is idle.
 
     Attributes
     ----------
@@ -165,11 +171,13 @@ class Hierarchy:
         self.free[1:-1, 1:-1] = lattice.marks()
         self.changed, self.stale = np.ones(lattice.part.height, dtype=np.uint8), True
         self.levels: list[Level] = []
+        self._plans = plans(lattice)
         above = lattice.part
-        for finer, plan in pairwise([None, *plans(lattice)]):
-            if plan is not None:
+        for finer, plan in pairwise([None, *self._plans]):
+            if plan is not None and not above.idle:
                 self.levels.append(Level(plan, team, above, finer))
-                above = self.levels[-1].part
+                above = self.levels[-1].within
+        self._works_on_last = not above.idle
         self._set_up()
 
     def update(self) -> None:
@@ -206,7 +214,7 @@ class Hierarchy:
         """
         level = self.levels[depth]
         if depth == len(self.levels) - 1:
-            self._solve_coarsest(level)
+            self._solve_last(level)
             return
         run, coarse = self.team.run, self.levels[depth + 1]
         kernels = level.kernels
@@ -217,7 +225,11 @@ class Hierarchy:
             self._interpolate(level, coarse)
             run(kernels.smooth, level.strips, level.stencil, level.residual, level.correction, level.spare)
             level.correction, level.spare = level.spare, level.correction
-            level.part.share(level.correction, reach=VISITED)
+            level.within.share(level.correction, reach=VISITED)
+
+    def _solve_last(self, level: Level) -> None:
+        if self._works_on_last:
+            self._solve_coarsest(level)
 
     def _solve_coarsest(self, level: Level) -> None:
         level.kernels.solve_coarsest(level.stencil, level.residual, level.correction, _COARSEST_SWEEPS)
@@ -228,13 +240,14 @@ class Hierarchy:
         coarse.part.share(coarse.residual, reach=VISITED)
 
     def _interpolate(self, level: Level, coarse: Level) -> None:
+        coarse.part.hand_back(coarse.correction, VISITED)
         vectors = level.correction, coarse.beneath(coarse.correction)
         self.team.run(coarse.transfers.add_interpolated, level.beside, *vectors, *coarse.factors)
 
     @cached_property
     def points(self) -> float:
         """Points of all levels over the lattice's nodes."""
-        return sum(level.points for level in self.levels) / self.lattice.size
+        return sum(plan.points for plan in self._plans) / self.lattice.size
 
     @cached_property
     def cycle_work(self) -> float:
@@ -243,7 +256,7 @@ class Hierarchy:
         A level is visited once more than the one above it; a visit is four passes (two steps of Jacobi's method, the
         residual and the interpolation).
         """
-        visits = sum((depth + 1) * level.points for depth, level in enumerate(self.levels))
+        visits = sum((depth + 1) * plan.points for depth, plan in enumerate(self._plans))
         return 4 * visits / self.lattice.size
 
     def _set_up(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from ...foundation.threads import Team
 from ...geometry.numbering import Grid
 from .arms import Arms
 from .contact import NO_LIMITS, ContactMultigrid, Limits
+from .hierarchy import VISITED
 
 _CYCLES_A_LEVEL = 2
 _CYCLES_FOR_A_CHANGE = 1
@@ -63,6 +65,7 @@ class Nest:
 
     def __init__(self, lattice: Arms, team: Team) -> None:
         self.solver = ContactMultigrid(lattice, lattice.layout.zeros(), team)
+        self._coarse: Arms | None = None
         self._coarser: Nest | None = None
         self.complete = False
 
@@ -85,16 +88,25 @@ class Nest:
         coarse = solver.lattice.coarser()
         if coarse is None:
             return
-        coarser = Nest(coarse, solver.team)
         coarse_q, coarse_height, coarse_limits = self._coarse_problem(coarse, height)
-        coarser.begin(coarse_q, coarse_height, report, coarse_limits, keep=keep)
-        report(coarse.size)
-        coarser.cycle(_CYCLES_A_LEVEL)
-        solver.work = coarser.solver.work * coarse.size / solver.lattice.size + 1
-        np.subtract(coarse_height, coarser.solver.omega, out=coarse_height)
-        self._coarser = coarser if keep else None
-        del coarser
-        solver.start(height, coarse_height)
+        work, self._coarse = 0.0, coarse if keep else None
+        if not coarse.part.idle:
+            coarser = Nest(coarse, solver.team)
+            coarser.begin(coarse_q, coarse_height, report, coarse_limits, keep=keep)
+            report(coarse.size)
+            coarser.cycle(_CYCLES_A_LEVEL)
+            work = coarser.solver.work * coarse.size
+            np.subtract(coarse_height, coarser.solver.omega, out=coarse_height)
+            self._coarser = coarser if keep else None
+            del coarser
+        self._start(height, coarse_height, work)
+
+    def _start(self, height: Grid, coarse_deflection: Grid, work: float) -> None:
+        """Start from what those know who work on the next coarser lattice: all processes, or the first and others."""
+        solver = self.solver
+        solver.hierarchy.levels[0].part.hand_back(coarse_deflection, VISITED)
+        solver.work = solver.lattice.part.everyones([work])[0] / solver.lattice.size + 1
+        solver.start(height, coarse_deflection)
 
     def start(self, gap: Vector, q: Vector, limits: Limits = NO_LIMITS) -> None:
         """Go on with other forces from a gap that is near the solution; the coarser lattices are given up.
@@ -109,7 +121,8 @@ class Nest:
         solver, layout = self.solver, self.solver.lattice.layout
         solver.restart(layout.grid(q, out=solver.q), limits, solver.team)
         layout.grid(gap, out=solver.omega)
-        self._coarser, self.complete = None, False
+        solver.lattice.part.share(solver.omega)
+        self._coarse, self._coarser, self.complete = None, None, False
 
     def change(self, q: Grid, height: Grid, limits: Limits = NO_LIMITS, *, factor: float = 1.0) -> None:
         """Go on with other forces: add to the last solution what the coarser lattices' solutions change by.
@@ -126,18 +139,19 @@ class Nest:
         solver = self.solver
         before = solver.omega * factor
         solver.restart(q, limits, solver.team)
-        if self._coarser is None:
+        coarse, coarser = self._coarse, self._coarser
+        if coarse is None:
             np.copyto(solver.omega, before)
             return
-        coarser = self._coarser
-        coarse = coarser.solver.lattice
         coarse_q, coarse_height, coarse_limits = self._coarse_problem(coarse, height)
-        decrease = coarser.solver.omega * factor
-        coarser.change(coarse_q, coarse_height, coarse_limits, factor=factor)
-        coarser.cycle(_CYCLES_FOR_A_CHANGE)
-        solver.work = coarser.solver.work * coarse.size / solver.lattice.size + 1
-        decrease -= coarser.solver.omega
-        solver.start(before, decrease)
+        work, decrease = 0.0, coarse.layout.zeros()
+        if coarser is not None:
+            decrease = coarser.solver.omega * factor
+            coarser.change(coarse_q, coarse_height, coarse_limits, factor=factor)
+            coarser.cycle(_CYCLES_FOR_A_CHANGE)
+            work = coarser.solver.work * coarse.size
+            decrease -= coarser.solver.omega
+        self._start(before, decrease, work)
 
     def cycle(self, count: int) -> None:
         """Do some cycles on the lattice itself."""
@@ -168,6 +182,79 @@ class Nest:
         coarse_q = coarse.layout.zeros()
         coarse_q[1:-1, 1:-1] = np.where(coarse.layout.mask, load - coarse.resistance(coarse_height), 0.0)
         return coarse_q, coarse_height, (floor, ceiling)
+
+
+class Scaled(Protocol):
+    """A dimensionless problem on a lattice; see `contactqp.problem.contact_problem.ContactProblem`."""
+
+    @property
+    def q(self) -> Vector: ...  # noqa: D102
+    def force_grid(self) -> Grid: ...  # noqa: D102
+    def reference_grid(self) -> Grid: ...  # noqa: D102
+    def bound_grids(self) -> Limits: ...  # noqa: D102
+    def project(self, gap: Vector) -> Vector: ...  # noqa: D102
+
+
+class Succession:
+    """Problems on one lattice, one after the other, and the iteration that goes on from one to the next.
+
+    Parameters
+    ----------
+    lattice : Arms
+    keeps : bool
+        Whether there may be a next problem: then the hierarchy is kept, and after a start from the coarser lattices
+        those as well.
+    """
+
+    def __init__(self, lattice: Arms, *, keeps: bool) -> None:
+        self._lattice, self._keeps = lattice, keeps
+        self._nest: Nest | None = None
+        self._unit = 1.0
+
+    def begun(
+        self,
+        problem: Scaled,
+        team: Team,
+        start: Vector | None,
+        *,
+        unit: float,
+        predicted: bool = False,
+        resumes: bool = False,
+        report: Callable[[int], None] = lambda nodes: None,
+    ) -> ContactMultigrid:
+        """Return the iteration for a problem, at its start.
+
+        After its own last answer it goes on from a prediction, or from what the coarser lattices' solutions change by;
+        from another gap that it is given. Else it starts from the coarser lattices.
+
+        Parameters
+        ----------
+        problem : Scaled
+        team : Team
+        start : array, shape (n,), or None
+            A gap to start from.
+        unit : float
+            The unit of length.
+        predicted, resumes : bool
+            See `contactqp.backends.base.Task`.
+        report : callable
+            See `nested_start`.
+        """
+        # What is interrupted is not gone on with.
+        kept, self._nest = self._nest, None
+        nest = Nest(self._lattice, team) if kept is None else kept
+        nest.work_with(team)
+        limits, resumes = problem.bound_grids(), resumes and kept is not None
+        if start is None or (resumes and not predicted and not nest.complete):
+            nest.begin(problem.force_grid(), problem.reference_grid(), report, limits, keep=self._keeps)
+        elif resumes and not predicted:
+            factor = self._unit / unit
+            nest.change(problem.force_grid(), problem.reference_grid(), limits, factor=factor)
+        else:
+            nest.start(problem.project(start), problem.q, limits)
+        goes_on = self._keeps and (start is None or predicted or resumes)
+        self._nest, self._unit = nest if goes_on else None, unit
+        return nest.solver
 
 
 def nearly_solved(lattice: Arms, q: Grid, team: Team, give_up: Callable[[], bool], limits: Limits = NO_LIMITS) -> Grid:

@@ -21,7 +21,7 @@ BLOCK = 16
 """Rows over which kernels sum; a process's own rows begin where a block does."""
 
 DIRECT = 300
-"""Points of a level that one process solves at once: levels of so few are held whole by every one."""
+"""Points of a level that one process solves at once: it holds levels of so few whole."""
 
 HALO = 8
 """Rows that a process holds of each neighbour: more than six half-sweeps reach, and half of them on the next level."""
@@ -46,6 +46,8 @@ class Rows:
         It works on the rows [first, last) of its arrays.
     own : (int, int)
         The rows [first, last) of the whole that no other process hands it.
+    idle : bool
+        Whether others work on the rows, and the process waits for them.
 
     Examples
     --------
@@ -54,6 +56,8 @@ class Rows:
     ((1, 41), [(1, 16), (16, 32), (32, 41)])
     """
 
+    idle = False
+
     def __init__(self, count: int) -> None:
         self.count, self.offset, self.height = count, 0, count + 2
         self.first, self.last = 1, count + 1
@@ -61,7 +65,7 @@ class Rows:
 
     @property
     def alone(self) -> Rows:
-        """The same rows for a lattice of their own: no other process has a share in them that this one has not."""
+        """The same rows for those who work on them, without those who only hand rows to them, and get them back."""
         return self
 
     def coarser(self, count: int, columns: int, coarsening: int) -> Rows:
@@ -83,6 +87,16 @@ class Rows:
         ----------
         arrays : array
             Rows along ``axis``.
+        """
+
+    def hand_back(self, array: NDArray[Any], reach: int) -> None:
+        """Give those who divide the level above what they own of these rows, and so far beside it, if others hold it.
+
+        Parameters
+        ----------
+        array : array
+        reach : int
+            No farther than the array is known beside the rows that are worked on.
         """
 
     def everyones(self, found: list[_Found]) -> list[_Found]:

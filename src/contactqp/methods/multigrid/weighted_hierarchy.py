@@ -31,8 +31,6 @@ class WeightedHierarchy(Hierarchy):
     def _set_up(self) -> None:
         """Find the weights, and with them the operators of the lattice without contact."""
         lattice, first, kernels = self.lattice, self.levels[0], self._kernels
-        rows, columns = self.levels[-1].plan.rows, self.levels[-1].plan.columns
-        self._factor = np.zeros((rows * columns, columns + 2))
         weights = first.weights
         strips = self._cells(first)
         place = lattice.layout.mask.copy(), *self._arms()
@@ -46,6 +44,9 @@ class WeightedHierarchy(Hierarchy):
             if level.factors == (2, 2):
                 self.team.run(kernels.weigh_level_cells, strips, finer.stencil, level.weights)
             self._coarsen_level(finer, level)
+        last = self.levels[-1].plan
+        if self._works_on_last:
+            self._factor = np.zeros((last.rows * last.columns, last.columns + 2))
         self._factorise()
         self.settled()
 
@@ -59,7 +60,7 @@ class WeightedHierarchy(Hierarchy):
 
     def _factorise(self) -> None:
         last = self.levels[-1]
-        if last.changed.any():
+        if self._works_on_last and last.changed.any():
             self._kernels.factorise(last.stencil, self._factor)
 
     def _arms(self) -> list[np.ndarray]:
@@ -91,7 +92,7 @@ class WeightedHierarchy(Hierarchy):
         """
         level = self.levels[depth]
         if depth == len(self.levels) - 1:
-            self._solve_coarsest(level)
+            self._solve_last(level)
             return
         run, coarse = self.team.run, self.levels[depth + 1]
         smoothing = level_kernels("float64", "float64")
@@ -101,7 +102,7 @@ class WeightedHierarchy(Hierarchy):
         self._interpolate(level, coarse)
         run(smoothing.smooth, level.strips, level.stencil, level.residual, level.correction, level.spare)
         level.correction, level.spare = level.spare, level.correction
-        level.part.share(level.correction, reach=VISITED)
+        level.within.share(level.correction, reach=VISITED)
 
     def _solve_coarsest(self, level: Level) -> None:
         self._kernels.solve_coarsest(self._factor, level.residual, level.correction)
@@ -113,13 +114,13 @@ class WeightedHierarchy(Hierarchy):
             return
         level, run, kernels = self.levels[depth], self.team.run, self._kernels
         first = level.correction
-        blocks, sums = level.part.blocks, level.part.sums
+        blocks, sums = level.within.blocks, level.within.sums
         energy, work = sums(run(kernels.apply, blocks, level.stencil, first, level.image, level.residual))
         if not energy > 0.0:
             return
         length = work / energy
         run(kernels.subtract, level.strips, level.residual, length, level.image)
-        level.part.share(level.residual, reach=VISITED)
+        level.within.share(level.residual, reach=VISITED)
         level.correction, level.kept = level.kept, first
         self.cycle(depth)
         second = level.correction
@@ -136,6 +137,7 @@ class WeightedHierarchy(Hierarchy):
         coarse.part.share(coarse.residual, reach=VISITED)
 
     def _interpolate(self, level: Level, coarse: Level) -> None:
+        coarse.part.hand_back(coarse.correction, VISITED)
         given = level.correction, coarse.beneath(coarse.correction), *coarse.factors, coarse.weights
         self.team.run(self._kernels.add_interpolated, level.beside, *given)
 
