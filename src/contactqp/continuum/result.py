@@ -190,8 +190,7 @@ class Continuum:
     @property
     def carried(self) -> Carried:
         """What goes along into files, see `contactqp.io.carried.Carried`."""
-        squares = {} if self._squares is None else self._squares.fields
-        return Carried(self._fields_at_nodes, squares, self._numbers, self._told, self.to_dataset)
+        return Carried(self._fields_at_nodes, self._numbers, self._told, self.to_dataset)
 
     @property
     def _told(self) -> dict[str, str]:

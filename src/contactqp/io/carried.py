@@ -40,18 +40,14 @@ class Carried(NamedTuple):
     ----------
     at_nodes : mapping of str to Field
         Bounds at the nodes; none of a membrane whose energy alone was enclosed.
-    in_squares : mapping of str to Field
-        Bounds in the squares between the points of a lattice's array with a ring about it, shape (rows + 1,
-        columns + 1), nan in those that do not belong to the membrane.
     numbers : mapping of str to Quantity
     told : mapping of str to str
         How much was asked for, and what is known of the data.
     dataset : callable
-        Returns all of that as an xarray.Dataset.
+        Returns all of that as an xarray.Dataset, and bounds in the squares between points besides.
     """
 
     at_nodes: Mapping[str, Field]
-    in_squares: Mapping[str, Field]
     numbers: Mapping[str, Quantity]
     told: Mapping[str, str]
     dataset: Callable[[], xr.Dataset]
