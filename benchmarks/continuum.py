@@ -7,7 +7,7 @@
 ``continuum``: a flat floor below a unit square, T = p = 1, depth 0.03. The true error of the lattice's answer is taken
 against a lattice of 1024² squares. Ratios are over a cold solve by multigrid to 1e-6 on the same lattice.
 
-``rectangles``: a thousand random rectangles, each enclosed on a lattice of 4 to 16 squares along a side and on one that
+``rectangles``: a thousand random rectangles, each enclosed on a lattice of 2 to 16 squares along a side and on one that
 is 8 times as fine, with random loads, supports, frames, tensions, ceilings and foundations. Either enclosure is of the
 membrane itself: no lower bound of one may lie above an upper bound of the other. Contradictions are counted, and bounds
 told over the distance of both answers, which is the error of the coarse one but for that of the fine one.

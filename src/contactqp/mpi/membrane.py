@@ -160,7 +160,7 @@ class MembraneByRows:
         >>> import contactqp as cq
         >>> lattice = cq.Frame.disk(1.0).lattice_by_rows(0.25)
         >>> MembraneByRows.on(lattice, 1.0, load=2.0, support=0.1)
-        MembraneByRows(9 x 9, spacing=0.25, tension=(1, 1))
+        MembraneByRows(9 x 9, spacing=0.25, tension=(1.0, 1.0))
         """
         membrane = cls(lattice.shape, lattice.spacing, tension, mask=lattice, origin=lattice.origin, **fields)
         membrane.facts, membrane.rows = lattice.facts, checked_rows(rows)
