@@ -203,7 +203,9 @@ def _energy(data: Data, points: Grid, stretch: Stretch, rim: float) -> Bracket:
     extra = 0.0
     if rim:
         bend, edges = data.bend_of_frame, plan.frame_edges
-        touched = np.where(plan.squares, (most_at_corners(plan, size) + load.apart) * bend * edges, 0.0)
+        # What is added meets p - kv, the whole of the springs.
+        most_force = most_at_corners(plan, size) + apart_of(data, points, 1.0)
+        touched = np.where(plan.squares, most_force * bend * edges, 0.0)
         beside = math.sqrt(2 * sum_of_parts((stretch.stored + stretch.error)[edges > 0]))
         extra = rounded_up(rim * beside) + rounded_up(rim * rim / 2) + sum_of_parts(plan.spacing**4 / 24 * touched)
         if foundation is not None:
