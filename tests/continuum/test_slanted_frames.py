@@ -5,7 +5,7 @@ import pytest
 
 import contactqp as cq
 from contactqp.continuum.relatives import coarser, finer, place_in
-from contactqp.profiles import HillAndFloor, Paraboloid, Plane
+from contactqp.profiles import Cone, HillAndFloor, Paraboloid, Plane, Uppermost
 
 HEXAGON = [(32, 0), (8, 24), (-8, 24), (-32, 0), (-8, -24), (8, -24)]
 DIAMOND = [(32, 0), (0, 32), (-32, 0), (0, -32)]
@@ -191,6 +191,23 @@ def test_solve_to_halves_the_spacing_of_a_hexagon():
 def test_what_is_not_covered_is_refused_in_words(make, words):
     with pytest.raises(ValueError, match=words):
         enclosed(make())
+
+
+@pytest.mark.filterwarnings("ignore:support stands above the frame:contactqp.errors.ContactWarning")
+@pytest.mark.parametrize("rise", [1.001, 1.3])
+def test_supports_with_kinks_leave_room_for_the_frame_themselves(rise):
+    """They are replaced by a spline, which is raised to the frame; this hides nothing from the support's own depth."""
+    hill = Uppermost(Plane(1.0), Cone(0.3, 0.5, (0.0, 0.0)))
+
+    def below(most):
+        hanging = cq.Smooth(
+            lambda x, y: most * np.exp(-((x - 20) ** 2 + (y - 12) ** 2) / 8.0), second_derivative=most / 4.0
+        )
+        return membrane(HEXAGON, 2.0, hill, frame_height=hanging)
+
+    with pytest.raises(ValueError, match="lies above the frame"):
+        enclosed(below(rise))
+    assert enclosed(below(0.5)).proven
 
 
 def test_energies_of_slanted_frames_are_refused_in_words():

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..foundation.checks import repeated
+from ..foundation.checks import Mask, repeated
 from ..foundation.intervals import Interval
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..foundation.surfaces import Ranged
@@ -205,9 +205,13 @@ def _over_spline(data: Data, cells: Cells, tension: float, laplacian: Interval |
 
 def _kinks(cells: Cells, support: CellField, floor: Grid, values: Grid) -> Grid | None:
     """Return the floor's coefficients less the support's values at nodes of cells with kinks, zero elsewhere."""
-    bent = np.isinf(support.bent_below) | np.isinf(support.bent_above)
-    where = at_corners(cells.inside & bent) & cells.nodes
+    where = at_corners(_kinked(cells, support)) & cells.nodes
     return np.where(where, floor[1:-1, 1:-1] - values, 0.0) if where.any() else None
+
+
+def _kinked(cells: Cells, support: CellField) -> Mask:
+    """Return the cells in which a support has a kink."""
+    return np.asarray(cells.inside & (np.isinf(support.bent_below) | np.isinf(support.bent_above)))
 
 
 def _known(data: Data, cells: Cells, name: str) -> CellField:
@@ -281,21 +285,28 @@ def _heights(data: Data, cells: Cells, surface: Grid, sizes: float) -> tuple[Gri
     rim = cells.closure & ~cells.nodes
     frame = np.where(rim, data.frame.values, 0.0)
     heights, room = np.where(rim, surface - frame, 0.0), _ROOM * (sizes + float(np.abs(frame).max()))
-    if heights.min() < -room:
+    # A spline in the place of the support may have been raised to the frame; whether there is room the support tells.
+    own = np.where(rim, data.support.values - frame, 0.0)
+    if min(heights.min(), own.min()) < -room:
         raise ValueError(f"{data.model!r}: the support lies above the frame, which leaves no room for a membrane")
-    _require_room(data, cells, heights, room)
+    _require_room(data, cells, (heights, own), room)
     return np.maximum(heights, 0.0), room
 
 
-def _require_room(data: Data, cells: Cells, heights: Grid, room: float) -> None:
-    """Refuse a support that is not known to leave room for the frame all along its slanted sides."""
+def _require_room(data: Data, cells: Cells, heights: tuple[Grid, Grid], room: float) -> None:
+    """Refuse a support that is not known to leave room for the frame all along its slanted sides.
+
+    The heights at the points are those of the problem's support above the frame, and of the membrane's own, which
+    decides but where it has a kink.
+    """
     if data.model.given.get("support") is data.model.given.get("frame_height", 0.0):
         return
     below = _beside_chords(data, cells, "support")[0] + _beside_chords(data, cells, "frame_height")[1]
+    bent = _kinked(cells, data.support)
     for edges in cells.slanted:
-        start, end = (heights[place] for place in edges.ends)
-        away = below[edges.row, edges.column - (edges.step[1] < 0)]
-        if (np.minimum(start, end) - away < -room).any():
+        cell = edges.row, edges.column - (edges.step[1] < 0)
+        posed, own = (np.minimum(*(one[place] for place in edges.ends)) for one in heights)
+        if (np.where(bent[cell], posed, own) - below[cell] < -room).any():
             raise ValueError(
                 f"{data.model!r}: the support is not known to leave room for the frame along its slanted sides, "
                 "between points of the lattice: take a finer lattice, or move them apart"
