@@ -47,7 +47,7 @@ class Machine:
     bandwidth : float
         Bytes per second of a process's link.
     pass_seconds : float
-        Of one pass over one node, in one thread: what a cycle on 8191² nodes took two processes on two cores, 1.2 s,
+        Of one pass over one node, in one thread: what a cycle on 8191² nodes took two processes on two cores, 1.0 s,
         over the passes that this counts.
     told_seconds : float
         That a process needs to read what another one has told all.
@@ -59,7 +59,7 @@ class Machine:
 
     latency: float = 1e-5
     bandwidth: float = 1e10
-    pass_seconds: float = 5e-9
+    pass_seconds: float = 4e-9
     told_seconds: float = 2e-6
     node_bytes: float = 100.0
     process_bytes: float = 0.2e9

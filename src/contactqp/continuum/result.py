@@ -189,7 +189,7 @@ class Continuum:
 
     @property
     def carried(self) -> Carried:
-        """What goes along into files, see `contactqp.io.carried.Carried`."""
+        """What goes along into files: bounds at the nodes, numbers, and words."""
         return Carried(self._fields_at_nodes, self._numbers, self._told, self.to_dataset)
 
     @property

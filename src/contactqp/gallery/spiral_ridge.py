@@ -23,6 +23,9 @@ from ..foundation.surfaces import Curvature
 from ..foundation.waves import cosine, sine
 from ..profiles.analytic import Profile
 
+_NEAREST = 1e-300
+"""Distances from the middle at which the ridge has no more turns, each of which no double could tell from the next."""
+
 _WHOLE_TURN = Interval.around(2 * math.pi, 1e-15)
 
 
@@ -39,7 +42,7 @@ class SpiralRidge(Profile):
     def __call__(self, x: ArrayLike, y: ArrayLike) -> Vector:
         """Return the depths at the points (x, y)."""
         r, angle = np.hypot(x, y), np.arctan2(y, x)
-        summit = r == 0
+        summit = r < _NEAREST
         r = np.where(summit, 1.0, r)
         height = np.sin(2 * np.pi / r + np.pi / 2 - angle) + r * (r + 1) / (r - 2) - 3 * r + 3.6
         return np.asarray(-np.where(summit, 3.6, height))
@@ -53,7 +56,7 @@ class SpiralRidge(Profile):
     def curvature(self, x: Interval, y: Interval) -> Curvature:
         """See `Profile.curvature`: not known in the middle."""
         r = (x.square() + y.square()).sqrt()
-        away = r.lower > 0
+        away = r.lower > _NEAREST
         wave, shifted = _waves(x, y, r)
         inverse = 1.0 / r.where(away, Interval.of(np.ones(())))
         square, far = inverse.square(), 1.0 / (2.0 - r)
@@ -74,7 +77,7 @@ class SpiralRidge(Profile):
 
 def _waves(x: Interval, y: Interval, r: Interval) -> tuple[Interval, Interval]:
     """Return what holds cos(2π/r - θ) and sin(2π/r - θ)."""
-    away, one = r.lower > 0, Interval.of(np.ones(()))
+    away, one = r.lower > _NEAREST, Interval.of(np.ones(()))
     inverse = 1.0 / r.where(away, one)
     phase = _WHOLE_TURN * inverse
     cos, sin = _within_one(x * inverse), _within_one(y * inverse)

@@ -160,7 +160,7 @@ class MembraneByRows:
         >>> import contactqp as cq
         >>> lattice = cq.Frame.disk(1.0).lattice_by_rows(0.25)
         >>> MembraneByRows.on(lattice, 1.0, load=2.0, support=0.1)
-        MembraneByRows(9 x 9, spacing=0.25, tension=(1.0, 1.0))
+        MembraneByRows(9 x 9, spacing=0.25, tension=1)
         """
         membrane = cls(lattice.shape, lattice.spacing, tension, mask=lattice, origin=lattice.origin, **fields)
         membrane.facts, membrane.rows = lattice.facts, checked_rows(rows)
@@ -391,8 +391,9 @@ class MembraneByRows:
 
     def __repr__(self) -> str:
         rows, columns = self.shape
-        along_x, along_y = (str(part) if isinstance(part, float) else "varying" for part in self.tension)
-        return f"MembraneByRows({rows} x {columns}, spacing={self.spacing:g}, tension=({along_x}, {along_y}))"
+        x, y = (f"{part:g}" if isinstance(part, float) else "varying" for part in self.tension)
+        tension = x if x == y else f"({x}, {y})"
+        return f"MembraneByRows({rows} x {columns}, spacing={self.spacing:g}, tension={tension})"
 
 
 def require_rows(membrane: object) -> None:
