@@ -83,8 +83,8 @@ class PointwiseBounds:
     rounds: tuple[int, int]
 
     def at_points(self) -> tuple[Grid, Grid]:
-        """Return lower and upper bounds of the gap at the points, no less than zero; nan outside the region."""
-        return np.maximum(self.lower.at_points(), 0.0), self.upper.at_points()
+        """Return lower and upper bounds of u at the points; nan outside the region."""
+        return self.lower.at_points(), self.upper.at_points()
 
 
 def pointwise_bounds(
