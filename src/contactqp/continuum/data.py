@@ -71,14 +71,15 @@ class Data:
         if lattice.cuts is not None:
             raise ValueError(
                 f"{lattice!r}: its frame cuts arms between the points of the lattice, and only one that runs "
-                "along lines of the lattice can be enclosed; take fitted=False and a spacing that fits"
+                "along lines of the lattice can be enclosed; take fitted=False, and a spacing that fits if there is one"
             )
         if lattice.overshoot or (lattice.slanted and lattice.halved is None):
             how = "lies beside the lattice's points" if lattice.overshoot else "has slanted sides that cut squares"
             raise ValueError(
-                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice, or along "
-                "diagonals of its squares with corners of 90° and more, can be enclosed: "
-                "Lattice.from_mask(lattice.mask, lattice.spacing, lattice.origin) has one that goes in steps"
+                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice, or a convex "
+                "one along diagonals of its squares with corners of 90° and more, can be enclosed; take "
+                "Lattice.from_mask(lattice.mask, lattice.spacing, lattice.origin), another membrane, whose frame goes "
+                "in steps"
             )
         return cls(model, Plan(lattice))
 

@@ -280,7 +280,7 @@ class Continuum:
         ):
             lower, upper = rounded_outwards(*bracket, digits=6)
             yield name, f"{lower!r} to {upper!r} ({unit})"
-        if np.isfinite(contact.free_boundary_width):
+        if contact.undecided.any() and np.isfinite(contact.free_boundary_width):
             yield "free boundary", f"within {at_most(contact.free_boundary_width)} (length) of the undecided squares"
 
     @property
