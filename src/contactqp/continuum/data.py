@@ -8,8 +8,9 @@ from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..foundation.checks import Vector, repeated
+from ..foundation.checks import Mask, Vector, repeated
 from ..foundation.intervals import Interval
 from ..foundation.surfaces import Curvature, Ranged
 from ..geometry.fields import OnFrame, evaluated, is_function
@@ -365,6 +366,13 @@ def require_positive(tension: float) -> float:
             "take a finer lattice, or declare its second_derivative or a smaller constant"
         )
     return tension
+
+
+def kept_within(
+    nodes: Mask, points: NDArray[np.float64], sign: float, most: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return values at the points, at nodes moved to where they, times the sign, are no more than some others."""
+    return np.where(nodes, sign * np.minimum(sign * points, most), points)
 
 
 def kept_at(plan: Plan, points: Any, corner: int, which: int) -> Any:

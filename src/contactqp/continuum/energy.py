@@ -78,7 +78,7 @@ from ..foundation.brackets import Bracket, sum_above, sum_below
 from ..foundation.rounding import UNDERFLOW
 from ..geometry.numbering import Grid
 from .cell_fields import CellField
-from .data import Data, kept_at
+from .data import Data, kept_at, kept_within
 from .majorant import (
     Stretch,
     apart_of,
@@ -236,7 +236,7 @@ def _admissible(data: Data, own: Grid) -> Grid | None:
         if most is None:
             return None
         if (sign * lowered > most)[data.plan.nodes].any():
-            lowered = np.where(data.plan.nodes, sign * np.minimum(sign * lowered, most), lowered)
+            lowered = kept_within(data.plan.nodes, lowered, sign, most)
     return (
         None
         if len(sides) > 1 and any(_crosses(data, surface, sign * lowered, sign) for surface, sign in sides)

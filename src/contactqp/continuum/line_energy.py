@@ -11,8 +11,7 @@ f″, and what χ varies by.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import NamedTuple
+from functools import partial
 
 import numpy as np
 
@@ -20,16 +19,14 @@ from ..foundation.brackets import Bracket, sum_above, sum_below
 from ..foundation.checks import Mask, Vector
 from ..foundation.rounding import UNDERFLOW
 from .cell_fields import CellField
-from .data import Surfaces, require_positive
+from .data import Surfaces, kept_within, require_positive
 from .energy import EnergyBounds
 from .line import Line
-from .rounded import FEW, GROW, LESS_THAN_PI, finite_or_nan, or_infinite, rounded_up
+from .relief import Relief, reliefs_near
+from .rounded import FEW, GROW, LESS_THAN_PI, TWELFTH_ROOT, finite_or_nan, or_infinite, rounded_up
 
 _THIRD_ROOT = 0.5773502691896258
 """No less than the square root of a third."""
-
-_TWELFTH_ROOT = 0.28867513459481292
-"""No less than the square root of a twelfth."""
 
 
 def cable_energy(line: Line, depths: Vector) -> EnergyBounds:
@@ -51,7 +48,7 @@ def cable_energy(line: Line, depths: Vector) -> EnergyBounds:
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         limits = [(_most(line, surface, sign * own), sign) for surface, sign in line.surfaces]
         for most, sign in limits:
-            trial = trial if most is None else np.where(line.nodes, sign * np.minimum(sign * trial, most), trial)
+            trial = trial if most is None else kept_within(line.nodes, trial, sign, most)
         if any(most is None or (sign * trial > most)[1:-1].any() for most, sign in limits):
             return EnergyBounds(Bracket(-np.inf, np.inf), np.inf, np.inf, _norm(line, own))
         misfit, cost, slack = _misfit_and_costs(line, own, trial, line.surfaces)
@@ -189,30 +186,15 @@ def _misfit_and_costs(line: Line, own: Vector, trial: Vector, surfaces: Surfaces
     return rounded_up(root * root), cost, rounded_up((slack + ends * math.sqrt(span)) / math.sqrt(least))
 
 
-class _Relief(NamedTuple):
-    """A function ψ near a surface: ‖ψ‖², the mean of (1 - χ)(f - If), |ψ|, and how far v stays clear, on stretches."""
-
-    square: Vector
-    left: Vector
-    apart: Vector
-    room: Vector
-
-
 def _curved_bound(line: Line, own: Vector) -> float:
     """Return a bound of the norm of Iw - w* that takes curved supports as they are, infinite where there is none."""
     trial = own
     for surface, sign in line.surfaces:
-        trial = np.where(line.nodes, sign * np.minimum(sign * trial, surface.values), trial)
-    lifted: Surfaces = []
-    reliefs = list[_Relief]()
-    for surface, sign in line.surfaces:
-        relief = _relief(line, surface, sign, trial)
-        if relief is None:
-            return math.inf
-        lifted.append((replace(surface, mean_above=relief.left), sign))
-        reliefs.append(relief)
-    if len(reliefs) > 1 and any((one.apart > other.room).any() for one, other in (reliefs, reliefs[::-1])):
+        trial = kept_within(line.nodes, trial, sign, surface.values)
+    near = reliefs_near(line.surfaces, trial, partial(_relief, line))
+    if near is None:
         return math.inf
+    reliefs, lifted = near
     misfit, cost, slack = _misfit_and_costs(line, own, trial, lifted)
     bump = rounded_up(math.sqrt(_sum(np.add.reduce([relief.square for relief in reliefs]))))
     squares = misfit + bump * bump + 2 * max(0.0, cost) + 2 * slack * bump + slack * slack
@@ -220,7 +202,7 @@ def _curved_bound(line: Line, own: Vector) -> float:
     return rounded_up(slack + math.sqrt(rounded_up(squares)) + clipped)
 
 
-def _relief(line: Line, surface: CellField, sign: float, points: Vector) -> _Relief | None:
+def _relief(line: Line, surface: CellField, sign: float, points: Vector) -> Relief | None:
     """Return ψ near a surface, None if there is none that is known to be admissible."""
     bends = line.bends_of(surface, sign)
     gap = (surface.values - sign * points) * (1 - FEW)
@@ -243,7 +225,7 @@ def _relief(line: Line, surface: CellField, sign: float, points: Vector) -> _Rel
     h, magnitude = line.spacing, np.maximum(np.abs(bends[0]), np.abs(bends[1]))
     some: Mask = most > 0
     tension = np.maximum.reduce([np.broadcast_to(t.middle + t.spread, some.shape) for t in map(line.tensions, (0, 1))])
-    steep = most * h**2 * magnitude * _TWELFTH_ROOT + (most - fewest) * surface.apart + 2 * surface.rounding
+    steep = most * h**2 * magnitude * TWELFTH_ROOT + (most - fewest) * surface.apart + 2 * surface.rounding
     square = tension * steep**2 / h * GROW
     apart = most * surface.apart
     if line.foundation is not None:
@@ -252,7 +234,7 @@ def _relief(line: Line, surface: CellField, sign: float, points: Vector) -> _Rel
     if not np.isfinite(square).all():
         return None
     left = np.where(some, (1.0 - fewest) * np.maximum(surface.above, 0.0) + surface.rounding, surface.mean_above)
-    return _Relief(square, left, np.where(some, apart, 0.0), np.where(some, -1.0, np.minimum(*ends) - surface.below))
+    return Relief(square, left, np.where(some, apart, 0.0), np.where(some, -1.0, np.minimum(*ends) - surface.below))
 
 
 def _crosses_ends(surface: CellField, gap: Vector, most: Vector) -> bool:

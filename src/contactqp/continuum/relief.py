@@ -36,15 +36,18 @@ of χ, over h.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..foundation.checks import Mask
 from ..geometry.numbering import Grid
 from .cell_fields import CellField
-from .data import Data, Surfaces
+from .data import Data, Surfaces, kept_within
 from .majorant import (
     at_any_corner,
     balanced_flux,
@@ -57,10 +60,7 @@ from .majorant import (
     stretch_of,
     sum_of_parts,
 )
-from .rounded import FEW, GROW, LESS_THAN_PI, or_infinite, rounded_up
-
-_TWELFTH_ROOT = 0.28867513459481292
-"""No less than the square root of a twelfth."""
+from .rounded import FEW, GROW, LESS_THAN_PI, TWELFTH_ROOT, or_infinite, rounded_up
 
 
 def curved_bound(data: Data, own: Grid, rims: Grid) -> float:
@@ -77,17 +77,11 @@ def curved_bound(data: Data, own: Grid, rims: Grid) -> float:
     plan = data.plan
     trial = own
     for surface, sign in data.surfaces:
-        trial = np.where(plan.nodes, sign * np.minimum(sign * trial, surface.values), trial)
-    lifted: Surfaces = []
-    reliefs = list[_Relief]()
-    for surface, sign in data.surfaces:
-        relief = _relief(data, surface, sign, trial)
-        if relief is None:
-            return math.inf
-        lifted.append((replace(surface, mean_above=relief.left), sign))
-        reliefs.append(relief)
-    if len(reliefs) > 1 and any((one.apart > other.room).any() for one, other in (reliefs, reliefs[::-1])):
+        trial = kept_within(plan.nodes, trial, sign, surface.values)
+    near = reliefs_near(data.surfaces, trial, partial(_relief, data))
+    if near is None:
         return math.inf
+    reliefs, lifted = near
     flux, force = balanced_flux(data, own, trial)
     cost, slack = costs_of(data, own, trial, lifted, flux, force)
     bumps, misfits = np.sqrt(np.add.reduce([relief.square for relief in reliefs])), misfit_in_squares(data, trial, flux)
@@ -103,28 +97,57 @@ def curved_bound(data: Data, own: Grid, rims: Grid) -> float:
     return or_infinite(rounded_up(found + clipped), 1)
 
 
-class _Relief(NamedTuple):
-    """A function ψ near one of the surfaces.
+class Relief(NamedTuple):
+    """A function ψ near one of the surfaces, in each square or, of a cable, on each stretch.
 
     Attributes
     ----------
-    square : array, shape (rows + 1, columns + 1)
-        Upper bound of ‖ψ‖² in each square.
+    square : array
+        Upper bound of ‖ψ‖² there.
     left : array
-        Upper bound of the mean of (1 - χ)(f - If) over a quarter of each square.
+        Upper bound of the mean of (1 - χ)(f - If) there, in a quarter of a square, on a half of a stretch.
     apart : array
-        Upper bound of |ψ| in each square.
+        Upper bound of |ψ| there.
     room : array
-        How far v stays clear of the surface in each square at least, below 0 where it may touch.
+        How far v stays clear of the surface at least, below 0 where it may touch.
     """
 
-    square: Grid
-    left: Grid
-    apart: Grid
-    room: Grid
+    square: NDArray[np.float64]
+    left: NDArray[np.float64]
+    apart: NDArray[np.float64]
+    room: NDArray[np.float64]
 
 
-def _relief(data: Data, surface: CellField, sign: float, points: Grid) -> _Relief | None:
+def reliefs_near(
+    surfaces: Surfaces,
+    points: NDArray[np.float64],
+    near: Callable[[CellField, float, NDArray[np.float64]], Relief | None],
+) -> tuple[list[Relief], Surfaces] | None:
+    """Return ψ near each surface, and the surfaces with what they then leave; None without ψ that is admissible.
+
+    Parameters
+    ----------
+    surfaces : list of (CellField, float)
+        With their signs.
+    points : array
+        Depths of the interpolant's points, between the surfaces at the nodes (length).
+    near : callable
+        Returns ψ near a surface of a sign, None if there is none.
+    """
+    lifted: Surfaces = []
+    reliefs = list[Relief]()
+    for surface, sign in surfaces:
+        relief = near(surface, sign, points)
+        if relief is None:
+            return None
+        lifted.append((replace(surface, mean_above=relief.left), sign))
+        reliefs.append(relief)
+    if len(reliefs) > 1 and any((one.apart > other.room).any() for one, other in (reliefs, reliefs[::-1])):
+        return None
+    return reliefs, lifted
+
+
+def _relief(data: Data, surface: CellField, sign: float, points: Grid) -> Relief | None:
     """Return ψ near a surface, None if there is none that is known to be admissible."""
     plan = data.plan
     gap = np.where(plan.points, surface.values - sign * points, np.inf)
@@ -151,7 +174,7 @@ def _relief(data: Data, surface: CellField, sign: float, points: Grid) -> _Relie
         middle, radius = (own.lower + own.upper) / 2, (own.upper - own.lower) / 2 * GROW
         with np.errstate(invalid="ignore"):
             along = np.minimum(
-                np.abs(middle) * _TWELFTH_ROOT + radius / LESS_THAN_PI, (np.abs(middle) + radius) * _TWELFTH_ROOT
+                np.abs(middle) * TWELFTH_ROOT + radius / LESS_THAN_PI, (np.abs(middle) + radius) * TWELFTH_ROOT
             )
             across = (bends.xy.upper - bends.xy.lower) / (2 * LESS_THAN_PI)
             steep = np.sqrt(along**2 + across**2)
@@ -167,7 +190,7 @@ def _relief(data: Data, surface: CellField, sign: float, points: Grid) -> _Relie
         return None
     left = np.where(most > 0, (1.0 - fewest) * np.maximum(surface.above, 0.0) + surface.rounding, surface.mean_above)
     room = np.where(plan.squares, least - surface.below - leaves, np.inf)
-    return _Relief(squares, left, apart, np.where(some, -1.0, room))
+    return Relief(squares, left, apart, np.where(some, -1.0, room))
 
 
 def _shares(data: Data, surface: CellField, gap: Grid, flagged: Mask) -> Grid:

@@ -16,6 +16,9 @@ GROW = 1 + gamma(64)
 
 LESS_THAN_PI = 3.141592653589793
 
+TWELFTH_ROOT = 0.28867513459481292
+"""No less than the square root of a twelfth."""
+
 
 def rounded_up(value: float) -> float:
     """Return an upper bound of a number >= 0 that has been rounded a few times; of what is no number, infinity.
