@@ -18,7 +18,7 @@ from ..foundation.checks import Vector, finite_number
 from ..foundation.progress import Progress
 from ..models.base import ContactModel
 from ..models.varied import with_load
-from ..solving.family import enclosed_between, ends_of
+from ..solving.family import enclosed_between, uncertain_model
 from .touchdown import Touchdown
 
 
@@ -66,7 +66,7 @@ def touchdown_between(
     >>> float(found.clear[middle]), float(found.contact[middle])
     (0.35, 0.45)
     """
-    ends = ends_of(model)
+    ends = uncertain_model(model).extremes()
     factors = sorted({finite_number(load, "load factor") for load in loads})
     if not factors or factors[0] <= 0:
         raise ValueError(f"loads must be factors > 0, got {factors if factors else 'none'}")

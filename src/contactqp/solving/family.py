@@ -142,9 +142,8 @@ def solve_between(
     --------
     See `Family`.
     """
-    ends = ends_of(model)
-    assert isinstance(model, LatticeModel)
-    found = enclosed_between(ends, backend, tol=tol, **options)
+    model = uncertain_model(model)
+    found = enclosed_between(model.extremes(), backend, tol=tol, **options)
     sign = -1.0 if model.upwards else 1.0
     bounds = [read_only(sign * depth) for depth in found.depths]
     return Family(
@@ -177,8 +176,8 @@ class Between(NamedTuple):
     clear: Mask
 
 
-def ends_of(model: ContactModel) -> tuple[LatticeModel, LatticeModel]:
-    """Return the models of the least and of the greatest of all data; for what is raised see `solve_between`."""
+def uncertain_model(model: ContactModel) -> LatticeModel:
+    """Return a model whose `extremes` enclose what lies between them; for what is raised see `solve_between`."""
     if not isinstance(model, LatticeModel):
         raise TypeError(f"a Membrane or a Cable can be given data that lie between two others, not {model!r}")
     if not model.uncertain:
@@ -188,8 +187,7 @@ def ends_of(model: ContactModel) -> tuple[LatticeModel, LatticeModel]:
             f"the matrix of {model!r} is no M-matrix: its answers do not grow with load and support, and two of them "
             "enclose no others"
         )
-    low, high = model.extremes()
-    return low, high
+    return model
 
 
 def enclosed_between(
@@ -204,7 +202,7 @@ def enclosed_between(
     Parameters
     ----------
     ends : (LatticeModel, LatticeModel)
-        See `ends_of`.
+        The models of the least and of the greatest of all data.
     backend, **options
         As for `contactqp.solve`.
     starts : pair of arrays, shape (n,), or None

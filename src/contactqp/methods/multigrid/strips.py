@@ -13,6 +13,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...foundation.together import Together
 from .rows import BLOCK, DIRECT, HALO, Rows
 
 LEAST_ROWS = 64
@@ -21,20 +22,8 @@ LEAST_ROWS = 64
 _Found = TypeVar("_Found")
 
 
-class Peers(Protocol):
-    """The processes that share a lattice, in the order of their strips, as one of them sees them.
-
-    Attributes
-    ----------
-    rank, size : int
-        Which of them it is, from 0 on, and how many they are.
-    """
-
-    rank: int
-    size: int
-
-    def everyones(self, found: list[_Found]) -> list[_Found]:
-        """Return what all have found, one after the other."""
+class Peers(Together, Protocol):
+    """The processes that share a lattice, in the order of their strips, as one of them sees them."""
 
     def exchange(self, given: list[tuple[int, NDArray[Any]]], wanted: list[tuple[int, NDArray[Any]]]) -> None:
         """Send arrays to some of the others, and write what some of the others send; all of them must call it."""
