@@ -67,12 +67,14 @@ function changed() {
 
 function solveAndShow() {
   const scene = scenes.get(ui.scene.value);
-  const [load, tension, lift, relief] = [ui.load.value, ui.tension.value, ui.lift.value, ui.relief.value];
+  const settings = {
+    support: ui.support.value, load: ui.load.value, tension: ui.tension.value, lift: ui.lift.value, relief: ui.relief.value,
+  };
   const begun = performance.now();
-  const problem = problemOf(scene, { support: ui.support.value, load, tension, lift, relief });
+  const problem = problemOf(scene, settings);
   const barrier = parabolaBarrier(problem.lattice);
   const answer = solveContact(problem, barrier, TOLERANCE);
-  shown = { scene, problem, barrier, answer, milliseconds: performance.now() - begun };
+  shown = { name: ui.scene.value, scene, settings, problem, barrier, answer, milliseconds: performance.now() - begun };
   show();
   runners = [];
   settled = performance.now();
@@ -239,10 +241,11 @@ function widenRace() {
 function facts() {
   if (!shown) return null;
   const { contact, clear, undecided, bound } = shown.answer.certificate;
-  const { scale, cycles } = shown.answer, { load, tension, lift, relief, support, scene } = ui;
+  const { scale, cycles } = shown.answer;
+  // Of what is shown, not of the sliders, whose answer comes with the next frame.
   return {
-    scene: scene.value, support: support.value, load: load.value, tension: tension.value, lift: lift.value,
-    relief: relief.value, contact, clear, undecided, bound, scale, cycles, milliseconds: shown.milliseconds,
+    scene: shown.name, ...shown.settings, contact, clear, undecided, bound, scale, cycles,
+    milliseconds: shown.milliseconds,
     raced: runners.length > 0 && runners.every((runner) => runner.over),
   };
 }
