@@ -106,7 +106,7 @@ class Barrier:
         extreme = self.ranges.most if self.side > 0 else self.ranges.least
         return self._moved(extreme, self.multiple * _most_height_on_cells(self.problem), 0.0)
 
-    def _moved(self, values: Grid, lift: Grid, error: float) -> Grid:
+    def _moved(self, values: Grid, lift: Grid, error: float | Grid) -> Grid:
         size = np.abs(values) + lift + self.shift
         return np.asarray(values + self.side * ((lift + self.shift) + (_SLACK * size + (error + UNDERFLOW))))
 
@@ -133,7 +133,9 @@ def supersolution(problem: ObstacleProblem, coefficients: Grid) -> Barrier:
     ranges = problem.ranges(coefficients)
     defects = _above_zero(ranges.most_excess - problem.load_range[0], inside)
     least, _ = problem.excess_along_rim(coefficients)
-    shift = _raised(problem.height_range[1] - least, -_sum(ranges.least, problem.rest[0], -1)[inside])
+    missing = problem.height_range[1] - least
+    lowest = problem.least_in_region(coefficients, ranges, _raised(missing))
+    shift = _raised(missing, -_sum(lowest, problem.rest[0], -1)[inside])
     return Barrier(problem, 1, coefficients, float(defects.max()), shift, ranges, defects)
 
 
@@ -200,7 +202,7 @@ def _sum(lengths: Grid, rest: Grid | float, side: int) -> Grid:
 
 def _raised(*lengths: Vector) -> float:
     """Return the largest of some lengths and zero, raised by its rounding; infinite if any is not a number."""
-    largest = max(0.0, *(float(length.max(initial=0.0)) for length in lengths))
+    largest = max([0.0, *(float(length.max(initial=0.0)) for length in lengths)])
     if any(np.isnan(length).any() for length in lengths):
         return np.inf
     return largest * (1 + _SLACK) + UNDERFLOW

@@ -128,8 +128,13 @@ class Cells:
         """The points at corners of the cells: those of the closed region, and those of halved cells beyond it."""
         return at_corners(self.inside)
 
-    @cached_property
+    @property
     def closure(self) -> Mask:
+        """The points at which the membrane is wanted: those of the closed region."""
+        return self.points
+
+    @cached_property
+    def points(self) -> Mask:
         """The points of the closed region: nodes and points of the rim."""
         found = at_corners(self.whole) | self.nodes
         for edges in self.slanted:

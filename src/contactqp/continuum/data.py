@@ -18,7 +18,7 @@ from ..geometry.numbering import Grid
 from ..models.on_lattice import LatticeModel
 from ..profiles.analytic import Profile
 from .cell_fields import CellField, array_field, continued, function_field, number_field
-from .plan import CORNERS, Plan
+from .plan import CORNERS, ContourPlan, Plan
 from .stiff_signs import require_not_negative
 
 Surfaces: TypeAlias = list[tuple[CellField, float]]
@@ -70,10 +70,7 @@ class Data:
         """Return the data of a model on a lattice."""
         lattice = model.lattice
         if lattice.cuts is not None:
-            raise ValueError(
-                f"{lattice!r}: its frame cuts arms between the points of the lattice, and only one that runs "
-                "along lines of the lattice can be enclosed; take fitted=False, and a spacing that fits if there is one"
-            )
+            return cls(model, cls._plan_within_contour(model))
         if lattice.overshoot or (lattice.slanted and lattice.halved is None):
             how = "lies beside the lattice's points" if lattice.overshoot else "has slanted sides that cut squares"
             raise ValueError(
@@ -84,11 +81,26 @@ class Data:
             )
         return cls(model, Plan(lattice))
 
+    @staticmethod
+    def _plan_within_contour(model: LatticeModel) -> ContourPlan:
+        lattice = model.lattice
+        unfit = None
+        if lattice.outline is None:
+            unfit = "its contour is not known any more; make its lattice anew by Frame.lattice(spacing, fitted=True)"
+        elif isinstance(model.given.get("frame_height"), OnFrame):
+            unfit = (
+                "the height of its frame is known at the ends of arms alone; give a number, a profile or a function, "
+                "by contactqp.Smooth if it is to be proven"
+            )
+        if unfit:
+            raise ValueError(f"{model!r}: its frame cuts arms between the points of the lattice, and {unfit}")
+        return ContourPlan(lattice)
+
     def require_whole_squares(self, what: str) -> None:
         """Refuse a frame with slanted sides, for which something is not known."""
-        if self.plan.halved.any():
+        if self.plan.halved.any() or not self.plan.on_lattice:
             raise ValueError(
-                f"{self.model.lattice!r}: its contour has slanted sides, and {what} only of a frame that runs along "
+                f"{self.model.lattice!r}: its contour cuts squares, and {what} only of a frame that runs along "
                 "lines of the lattice; effort='pointwise' encloses the membrane in this one as well"
             )
 

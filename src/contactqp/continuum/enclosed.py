@@ -77,7 +77,7 @@ def _energy(data: Data, depths: Grid, *, only: bool) -> EnergyBounds:
     """Return what is proven of a membrane's energy: nothing, if its frame has slanted sides and more was asked for."""
     if only:
         data.require_whole_squares("energies are bounded")
-    if data.plan.halved.any():
+    if data.plan.halved.any() or not data.plan.on_lattice:
         return EnergyBounds(Bracket(-np.inf, np.inf), np.inf, np.inf, np.nan)
     return _within_doubles(data.model, energy_bounds(data, depths))
 

@@ -162,6 +162,8 @@ def require_room(data: Data) -> None:
     ------
     ValueError
     """
+    if not data.plan.on_lattice:
+        return  # it is asked along the contour itself
     for surface, sign in data.surfaces:
         name, field = ("support", surface) if sign > 0 else ("ceiling", -surface)
         given = data.model.given.get(name), data.model.given.get("frame_height", 0.0)

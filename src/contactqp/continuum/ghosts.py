@@ -49,7 +49,7 @@ class Continuation:
     def __init__(self, cells: Cells) -> None:
         known = np.pad(cells.closure, 1)
         self._known = known
-        reached = _about(np.pad(cells.corners, 1)) & ~known
+        reached = about(np.pad(cells.corners, 1)) & ~known
         self._stages: list[_Stage | _Mirrored | _Nearest] = []
 
         def taken(stage: _Stage | _Mirrored | _Nearest) -> Mask:
@@ -277,7 +277,7 @@ class _Nearest:
     @classmethod
     def of(cls, known: Mask, reached: Mask) -> _Nearest:
         """Return the ghosts that are reached, and have something known about them."""
-        row, column = np.nonzero(reached & ~known & _about(known))
+        row, column = np.nonzero(reached & ~known & about(known))
         width = known.shape[1]
         own = row * width + column
         near = []
@@ -338,7 +338,7 @@ def _across(
     return np.asarray(table[:, usable], dtype=np.int64)
 
 
-def _about(points: Mask) -> Mask:
+def about(points: Mask) -> Mask:
     """Return some points of an array and all next to them, diagonally as well; none of them is at the array's end."""
     rows = points.copy()
     rows[1:] |= points[:-1]

@@ -42,7 +42,7 @@ def linear_on_halves(field: CellField, cells: Cells) -> CellField:
     place = np.ravel_multi_index(beyond, shape)
     count = np.bincount(place, minlength=cells.nodes.size).reshape(shape)
     total = np.bincount(place, wanted, cells.nodes.size).reshape(shape)
-    values = np.where((count > 0) & ~cells.closure, total / np.maximum(count, 1), field.values)
+    values = np.where((count > 0) & ~cells.points, total / np.maximum(count, 1), field.values)
     three = np.stack([field.values[place] for place in (own, first, last)])
     off = np.abs(values[beyond] - wanted) / 4.0 + _ROUNDING * np.abs(three).sum(axis=0)
     changed: dict[str, Any] = {}

@@ -93,13 +93,19 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
     ValueError
         See `contactqp.continuum.posed.posed_of`.
     """
-    posed = posed_of(data)
-    problem, numbering = posed.problem, data.plan.lattice.numbering
+    numbering = data.plan.lattice.numbering
 
     def resolved(change: Grid) -> Grid:
         return np.asarray(numbering.to_grid(resolve(numbering.to_vector(change, ring=1)), ring=1))
 
-    bounds = pointwise_bounds(problem, problem.with_rim(numbering.to_grid(gap, ring=1)), resolved)
+    start = np.asarray(numbering.to_grid(gap, ring=1))
+    posed = posed_of(data)
+    settled = posed.problem.settled(start, resolved)
+    if settled is None:
+        posed = posed_of(data, plainly=True)
+        settled = posed.problem, posed.problem.with_rim(start), resolved
+    problem, start, resolved_so = settled
+    bounds = pointwise_bounds(problem, start, resolved_so)
     low, high = bounds.lower.at_points(), bounds.upper.at_points()
     support = np.where(problem.cells.closure, data.support.values, np.nan)
     # Depths are at most those of the support, where the gap is zero.
@@ -154,14 +160,17 @@ def _outwards(lower: Grid, upper: Grid, heights: Grid) -> tuple[Grid, Grid]:
 
 def _deepest(data: Data, posed: Posed, lower: Barrier) -> float:
     """Return an upper bound of the largest depth, from the lower bound of the gap in the cells."""
-    problem, support = posed.problem, data.support
+    problem, support = lower.problem, data.support
+    coefficients, beside = problem.depth_spline(lower.coefficients)
     if problem.floor is None:
         surface = np.where(problem.cells.corners, support.values, 0.0)
-        excess, _ = excess_on_cells(problem.cells, lower.coefficients, surface)
-        depths = support.above - excess
+        excess, _ = excess_on_cells(problem.cells, coefficients, surface)
+        depths = support.above - excess + beside
     else:
-        excess, _ = excess_on_cells(problem.cells, lower.coefficients - problem.floor, np.zeros(posed.surface.shape))
-        depths = -excess
+        excess, _ = excess_on_cells(problem.cells, coefficients - problem.floor, np.zeros(posed.surface.shape))
+        depths = beside - excess
+    # Where the spline follows little of it, the gap's least value still tells.
+    depths = np.fmin(depths, support.range_upper - problem.rest[0] - lower.ranges.least)
     lift = lower.shift + lower.multiple * problem.largest_height
     highest = np.minimum(depths + lift, support.range_upper)
     found = float(highest.max(where=problem.cells.inside, initial=-np.inf))

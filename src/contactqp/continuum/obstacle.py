@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,6 +15,12 @@ from ..geometry.numbering import Grid
 from .cells import Cells, at_corners, extreme_at_corners
 from .ghosts import Continuation
 from .splines import CellRanges, at_points, excess_along_rim, ranges_on_cells
+
+Resolve: TypeAlias = Callable[[Grid], Grid]
+"""Returns the lattice's gap after its load changes at the points; both arrays have shape (rows + 2, columns + 2)."""
+
+Range: TypeAlias = tuple[Grid | float, Grid | float]
+"""The least and the largest of a field in each cell, or everywhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,10 +62,10 @@ class ObstacleProblem:
     tension: float
     load: Grid
     heights: Grid
-    load_range: tuple[Grid | float, Grid | float] = (0.0, 0.0)
+    load_range: Range = (0.0, 0.0)
     height_range: tuple[float, float] = (0.0, 0.0)
     floor: Grid | None = None
-    rest: tuple[Grid | float, Grid | float] = (0.0, 0.0)
+    rest: Range = (0.0, 0.0)
     drive: Grid | None = None
     kinks: Grid | None = None
     continuation: Continuation = field(init=False)
@@ -126,7 +134,73 @@ class ObstacleProblem:
         slip = self.slip(coefficients)
         return least - slip, most + slip
 
-    def at_points(self, coefficients: Grid) -> tuple[Grid, float]:
+    def upper_coefficients(self, values: Grid, bend: Grid) -> Grid:
+        """Return coefficients of a spline that lies above a membrane's values at the points of the closed region.
+
+        Parameters
+        ----------
+        values, bend : array, shape (rows + 2, columns + 2)
+            The latter are the wanted sums of second differences (length).
+        """
+        return self.continuation(values, bend, "less")
+
+    def lower_coefficients(self, values: Grid, bend: Grid) -> Grid:
+        """Return coefficients of a spline that goes through such values nearly, and keeps below them at corners."""
+        wide = self.continuation(self._eased(values, bend), bend, "more")
+        inner = wide[1:-1, 1:-1]
+        around = (wide[:-2, 1:-1] + wide[2:, 1:-1]) + (wide[1:-1, :-2] + wide[1:-1, 2:])
+        return self.continuation(self._eased(inner - (around - 4.0 * inner) / 6.0, bend), bend, "more")
+
+    def _eased(self, values: Grid, bend: Grid) -> Grid:
+        """Return values, lowered at corners that point inwards to where a membrane were in balance there."""
+        row, column = self.cells.inward_corners
+        if not row.size:
+            return values
+        around = values[row - 1, column] + values[row + 1, column] + values[row, column - 1] + values[row, column + 1]
+        eased = values.copy()
+        eased[row, column] = np.minimum(values[row, column], (around - bend[row, column]) / 4.0)
+        return eased
+
+    def moved_at_rim(self, wanted: Vector) -> Grid:
+        """Return changes of coefficients by which a spline moves so far, about, along each edge of the rim."""
+        moved = np.zeros(tuple(np.array(self.cells.nodes.shape) + 2))
+        first = 0
+        for edges in self.cells.rim:
+            for row, column in edges.ends:
+                np.maximum.at(moved, (row + 1, column + 1), wanted[first : first + edges.row.size])
+            first += edges.row.size
+        return moved
+
+    def depth_spline(self, coefficients: Grid) -> tuple[Grid, Grid | float]:
+        """Return coefficients of a spline near what these stand for, and how far in each cell that may be from it."""
+        return coefficients, 0.0
+
+    def settled(self, gap: Grid, resolve: Resolve) -> tuple[ObstacleProblem, Grid, Resolve] | None:
+        """Return a problem, the lattice's gap, and how the lattice is solved again, that fit to the frame.
+
+        None if they do not come to fit.
+
+        Parameters
+        ----------
+        gap : array, shape (rows + 2, columns + 2)
+        resolve : Resolve
+        """
+        return self, self.with_rim(gap), resolve
+
+    def least_in_region(self, coefficients: Grid, ranges: CellRanges, missing: float) -> Grid:
+        """Return no more than the least of a spline in the part of each cell that belongs to the region.
+
+        Parameters
+        ----------
+        coefficients : array, shape (rows + 4, columns + 4)
+        ranges : CellRanges
+            Of that spline.
+        missing : float
+            How far it lies below γ along the rim at most (length).
+        """
+        return ranges.least
+
+    def at_points(self, coefficients: Grid) -> tuple[Grid, float | Grid]:
         """Return s at the points, and how far off it may be."""
         values, error = at_points(coefficients)
         return values, error + self.slip(coefficients)

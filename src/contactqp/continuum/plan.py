@@ -14,6 +14,7 @@ from ..foundation.checks import Mask
 from ..foundation.intervals import Interval
 from ..geometry.lattice import Lattice
 from ..geometry.numbering import Grid
+from .contour import Contour
 
 CORNERS = ((0, 0), (0, 1), (1, 1), (1, 0))
 """Where a corner of a square lies: rows and columns beyond the first, counterclockwise if y goes up."""
@@ -85,6 +86,11 @@ class Plan:
     def spacing(self) -> float:
         """Side h of a square (length)."""
         return self.lattice.spacing
+
+    @property
+    def on_lattice(self) -> bool:
+        """Whether its frame consists of edges and diagonals of squares."""
+        return True
 
     @cached_property
     def nodes(self) -> Mask:
@@ -213,3 +219,25 @@ class Plan:
         i, j = row - down, column - right
         inside = 0 <= i < self.squares.shape[0] and 0 <= j < self.squares.shape[1] and self.squares[i, j]
         return FrameQuarter(i, j, corner) if inside else None
+
+
+@dataclass(frozen=True, eq=False)
+class ContourPlan(Plan):
+    """The squares that a region has a part of, whose contour a lattice is fitted to."""
+
+    @property
+    def on_lattice(self) -> bool:
+        """Whether its frame consists of edges and diagonals of squares: it may cut them anywhere."""
+        return False
+
+    @cached_property
+    def contour(self) -> Contour:
+        """The contour on the lattice."""
+        outline = self.lattice.outline
+        assert outline is not None
+        return Contour.of(self.lattice, outline)
+
+    @cached_property
+    def squares(self) -> Mask:
+        """Which squares the region has a part of."""
+        return self.contour.inside

@@ -22,17 +22,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
 from ..geometry.numbering import Grid
 from .barriers import Barrier, subsolution, supersolution
 from .cells import at_corners, largest_at_corners
-from .obstacle import ObstacleProblem
-
-Resolve: TypeAlias = Callable[[Grid], Grid]
-"""Returns the lattice's gap after its load changes at the points; both arrays have shape (rows + 2, columns + 2)."""
+from .obstacle import ObstacleProblem, Resolve
 
 _OVER = 1.15
 """How much more than what a cell has missed the load is changed by: the answer's response is spread out."""
@@ -122,28 +118,13 @@ def upper_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
     if problem.kinks is not None:
         # There the floor's kink is left to the floor, and the deflection is the spline of its values.
         values = values + problem.kinks
-    return supersolution(problem, _held_at_rim(problem, problem.continuation(values, bend, "less"), 1))
+    return supersolution(problem, _held_at_rim(problem, problem.upper_coefficients(values, bend), 1))
 
 
 def lower_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
     """Return a lower bound from the lattice's answer under a load at the points."""
-    bend = problem.bend(load)
-    values = problem.continuation(_eased(problem, problem.with_rim(gap), bend), bend, "more")
-    inner = values[1:-1, 1:-1]
-    around = (values[:-2, 1:-1] + values[2:, 1:-1]) + (values[1:-1, :-2] + values[1:-1, 2:])
-    quasi = problem.continuation(_eased(problem, inner - (around - 4.0 * inner) / 6.0, bend), bend, "more")
-    return subsolution(problem, _held_at_rim(problem, quasi, -1))
-
-
-def _eased(problem: ObstacleProblem, values: Grid, bend: Grid) -> Grid:
-    """Return values at the points, lowered at corners that point inwards to where a membrane were in balance there."""
-    row, column = problem.cells.inward_corners
-    if not row.size:
-        return values
-    around = values[row - 1, column] + values[row + 1, column] + values[row, column - 1] + values[row, column + 1]
-    eased = values.copy()
-    eased[row, column] = np.minimum(values[row, column], (around - bend[row, column]) / 4.0)
-    return eased
+    found = problem.lower_coefficients(problem.with_rim(gap), problem.bend(load))
+    return subsolution(problem, _held_at_rim(problem, found, -1))
 
 
 def _held_at_rim(problem: ObstacleProblem, coefficients: Grid, side: int) -> Grid:
@@ -157,14 +138,7 @@ def _held_at_rim(problem: ObstacleProblem, coefficients: Grid, side: int) -> Gri
         missing = problem.height_range[1] - least if side > 0 else most - problem.height_range[0]
         if not np.isfinite(missing).all() or missing.max() <= _STEEP * problem.largest_bend:
             break
-        moved = np.zeros(coefficients.shape)
-        first = 0
-        for edges in problem.cells.rim:
-            wanted = np.maximum(missing[first : first + edges.row.size], 0.0)
-            first += edges.row.size
-            for row, column in edges.ends:
-                np.maximum.at(moved, (row + 1, column + 1), wanted)
-        coefficients = coefficients + (side * _MOVED) * moved
+        coefficients = coefficients + (side * _MOVED) * problem.moved_at_rim(np.maximum(missing, 0.0))
     return coefficients
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..foundation.checks import Mask, repeated
+from ..foundation.checks import repeated
 from ..foundation.intervals import Interval
 from ..foundation.rounding import UNIT_ROUNDOFF
 from ..foundation.surfaces import Ranged
@@ -24,17 +24,17 @@ from ..geometry.numbering import Grid
 from ..profiles.analytic import Profile
 from .cell_fields import CellField
 from .cells import Cells, at_corners, extreme_at_corners
+from .contour import Contour
+from .contour_cells import ContourCells, outline_of
+from .contour_posed import ContourFrame
 from .data import Data
-from .ghosts import Continuation
-from .halves import away_from_chords, linear_on_halves
+from .lattice_frame import LatticeFrame, kinked, known_on_cells
 from .obstacle import ObstacleProblem
+from .plan import ContourPlan
 from .pointwise import PointwiseBounds
-from .splines import at_points, excess_along_rim, excess_on_cells
+from .splines import at_points, excess_on_cells
 
 _SLACK = 16 * UNIT_ROUNDOFF
-
-_ROOM = 1e-13
-"""A support may lie above the frame by this part of the largest height: that is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,14 @@ class Posed:
         return loads + (problem.height_range[1] - problem.height_range[0]) + rest
 
 
-def posed_of(data: Data) -> Posed:
+def posed_of(data: Data, *, plainly: bool = False) -> Posed:
     """Return the obstacle problem of a model's membrane.
+
+    Parameters
+    ----------
+    data : Data
+    plainly : bool
+        Whether nothing is to be made of what is known of the membrane at corners.
 
     Raises
     ------
@@ -85,12 +91,8 @@ def posed_of(data: Data) -> Posed:
         along diagonals of its squares as well.
     """
     _refuse(data)
-    cells = Cells(data.model.lattice.mask, data.model.lattice.spacing, data.model.lattice.halved)
-    if cells.cut.any() and not cells.convex:
-        raise ValueError(
-            f"{data.model!r}: of frames with sides along diagonals effort='pointwise' encloses convex ones, and this "
-            "has corners that point inwards, or several parts"
-        )
+    frame = _frame_of(data, plainly=plainly)
+    cells = frame.cells
     tension = float(data.model.tension)
     laplacian = _laplacian(data)
     sizes = float(np.abs(data.support.values).max(where=cells.corners, initial=0.0))
@@ -99,11 +101,25 @@ def posed_of(data: Data) -> Posed:
         width = float((laplacian.upper - laplacian.lower).max(where=cells.inside, initial=0.0))
         doubt = width * (cells.strip[2] * cells.spacing) ** 2 / 8.0
     if laplacian is not None and doubt <= 1e-12 * sizes:
-        return _over_support(data, cells, tension, laplacian)
-    over_spline = _over_spline(data, cells, tension, laplacian)
+        return _over_support(data, frame, tension, laplacian)
+    over_spline = _over_spline(data, frame, tension, laplacian)
     if laplacian is not None and doubt < over_spline.rest[1] - over_spline.rest[0]:
-        return _over_support(data, cells, tension, laplacian)
+        return _over_support(data, frame, tension, laplacian)
     return over_spline
+
+
+def _frame_of(data: Data, *, plainly: bool) -> LatticeFrame | ContourFrame:
+    """Return the frame: of rectangles along the lattice, by its points; of others, by the pieces of its contour."""
+    lattice, plan = data.model.lattice, data.plan
+    if lattice.outline is not None and isinstance(plan, ContourPlan):
+        return ContourFrame(data, ContourCells.of(lattice, lattice.outline, plan.contour), plainly=plainly)
+    cells = Cells(lattice.mask, lattice.spacing, lattice.halved)
+    if plainly or cells.rectangular:
+        return LatticeFrame(data, cells)
+    outline = outline_of(cells, lattice)
+    contour = Contour.of(lattice, outline)
+    frame = ContourFrame(data, ContourCells.of(lattice, outline, contour, lattice.halved))
+    return frame if frame.knows_corners else LatticeFrame(data, cells)
 
 
 def _refuse(data: Data) -> None:
@@ -142,13 +158,14 @@ def _laplacian(data: Data, *, at: str = "squares") -> Interval | None:
     return Interval(np.broadcast_to(both.lower, shape), np.broadcast_to(both.upper, shape))
 
 
-def _over_support(data: Data, cells: Cells, tension: float, laplacian: Interval) -> Posed:
+def _over_support(data: Data, frame: LatticeFrame | ContourFrame, tension: float, laplacian: Interval) -> Posed:
     """Return the problem with q = p + TΔf."""
+    cells = frame.cells
     held = _laplacian(data, at="points")
     assert held is not None
     with np.errstate(invalid="ignore"):
         bent = np.where(cells.corners, tension * (held.lower + (held.upper - held.lower) / 2), 0.0)
-    load, support = _known(data, cells, "load"), _known(data, cells, "support")
+    load, support = known_on_cells(data, cells, "load"), known_on_cells(data, cells, "support")
     pressed = np.where(cells.corners, load.values, 0.0)
     corners = [extreme_at_corners(bent, extreme) for extreme in (np.maximum, np.minimum)]
     room = _SLACK * (float(np.abs(bent).max()) + float(np.abs(pressed).max()))
@@ -157,115 +174,41 @@ def _over_support(data: Data, cells: Cells, tension: float, laplacian: Interval)
         tension * laplacian.upper - corners[1] + load.above + room,
     )
     bounds = _load_bounds(load, cells, tension, laplacian, room)
-    sizes = float(np.abs(support.values).max(where=cells.corners, initial=0.0))
-    heights, room = _heights(data, cells, np.where(cells.corners, support.values, 0.0), sizes)
-    frame, own = _beside_chords(data, cells, "frame_height"), _beside_chords(data, cells, "support")
-    height_range = -float((own[0] + frame[1]).max()) - room, float((own[1] + frame[0]).max()) + room
-    problem = ObstacleProblem(cells, tension, pressed + bent, heights, load_range, height_range)
+    problem = frame.above_support(tension, pressed + bent, load_range)
     return Posed(problem, support.values, _off_at_points(support, cells), bounds)
 
 
-def _over_spline(data: Data, cells: Cells, tension: float, laplacian: Interval | None) -> Posed:
+def _over_spline(data: Data, frame: LatticeFrame | ContourFrame, tension: float, laplacian: Interval | None) -> Posed:
     """Return the problem over a spline through the support."""
-    load, support = _known(data, cells, "load"), _known(data, cells, "support")
+    cells = frame.cells
+    load, support = known_on_cells(data, cells, "load"), known_on_cells(data, cells, "support")
     corners = cells.corners
     values = np.where(corners, support.values, 0.0)
-    floor = _spline_through(cells, values)
-    # A spline that goes below the frame is raised, by which it is farther from the support.
-    frame = np.where(corners, data.frame.values, 0.0)
-    frame_below, frame_above = (float(side.max()) for side in _beside_chords(data, cells, "frame_height"))
-    missing = frame_above - float(excess_along_rim(cells, floor, frame)[0].min())
-    if missing > 0.0:
-        floor = floor + missing * (1 + _SLACK)
+    floor = frame.floor(values)
     least, most = excess_on_cells(cells, floor, values)
     rest = -most - support.below, support.above - least
     off = _SLACK * (np.abs(rest[0]) + np.abs(rest[1]) + np.abs(least) + np.abs(most))
     rest = rest[0] - off, rest[1] + off
     on_floor, error = at_points(floor)
-    sizes = float(np.abs(floor).max() + np.abs(frame).max())
-    heights, room = _heights(data, cells, on_floor, sizes)
-    along = excess_along_rim(cells, floor, on_floor)
-    room += 2 * error
-    height_range = float(along[0].min()) - frame_above - room, float(along[1].max()) + frame_below + room
     pressed = np.where(corners, load.values, 0.0)
     bend = floor[:-2, 1:-1] + floor[2:, 1:-1] + floor[1:-1, :-2] + floor[1:-1, 2:] - 4.0 * floor[1:-1, 1:-1]
     drive = np.where(corners, pressed + bend * (tension / cells.spacing**2), 0.0)
-    problem = ObstacleProblem(
-        *(cells, tension, pressed, heights),
-        (-np.asarray(load.below), np.asarray(load.above)),
-        height_range,
-        floor,
-        rest,
-        drive,
-        _kinks(cells, support, floor, values),
-    )
+    load_range = -np.asarray(load.below), np.asarray(load.above)
+    kinks = _kinks(cells, support, floor, values)
+    problem = frame.above_floor(tension, pressed, load_range, floor, rest, drive, kinks)
     bounds = _load_bounds(load, cells, tension, laplacian, 0.0)
     return Posed(problem, on_floor, error + _off_at_points(support, cells), bounds)
 
 
 def _kinks(cells: Cells, support: CellField, floor: Grid, values: Grid) -> Grid | None:
     """Return the floor's coefficients less the support's values at nodes of cells with kinks, zero elsewhere."""
-    where = at_corners(_kinked(cells, support)) & cells.nodes
+    where = at_corners(kinked(cells, support)) & cells.nodes
     return np.where(where, floor[1:-1, 1:-1] - values, 0.0) if where.any() else None
-
-
-def _kinked(cells: Cells, support: CellField) -> Mask:
-    """Return the cells in which a support has a kink."""
-    return np.asarray(cells.inside & (np.isinf(support.bent_below) | np.isinf(support.bent_above)))
-
-
-def _known(data: Data, cells: Cells, name: str) -> CellField:
-    """Return load or support on all of the cells, halved ones among them."""
-    field: CellField = getattr(data, name)
-    return linear_on_halves(field, cells) if _linear(data, name, field) else field
-
-
-def _linear(data: Data, name: str, field: CellField) -> bool:
-    """Return whether a field is meant as the interpolant of its values at the points."""
-    return not (callable(data.model.given.get(name)) and field.exact)
 
 
 def _off_at_points(support: CellField, cells: Cells) -> float:
     """Return how far the support's values at the points may be off (length)."""
     return float(np.broadcast_to(support.rounding, cells.inside.shape).max(where=cells.inside, initial=0.0))
-
-
-def _beside_chords(data: Data, cells: Cells, name: str) -> tuple[Grid, Grid]:
-    """Return how far support or frame lie below and above chords of the rim in each cell, zero where is none."""
-    field = data.support if name == "support" else data.frame
-    edges = (data.plan.frame_edges > 0) & cells.whole
-    beside = away_from_chords(field, cells, _linear(data, name, field))
-    below, above = (
-        np.where(edges, side, found) for side, found in zip((field.below, field.above), beside, strict=True)
-    )
-    return below, above
-
-
-def _spline_through(cells: Cells, values: Grid) -> Grid:
-    """Return the coefficients of a spline that goes through values at the points nearly, beyond the rim as it bends."""
-    closure, rows = cells.closure, np.zeros_like(values)
-    inner = cells.nodes[1:-1, 1:-1]
-    around = values[:-2, 1:-1] + values[2:, 1:-1] + values[1:-1, :-2] + values[1:-1, 2:]
-    rows[1:-1, 1:-1] = np.where(inner, around - 4.0 * values[1:-1, 1:-1], 0.0)
-    # On the rim the sum of second differences is about that at the nodes next to it.
-    known = cells.nodes.copy()
-    bend = rows
-    while (closure & ~known).any():
-        weights = np.pad(known.astype(float), 1)
-        sums = np.pad(np.where(known, bend, 0.0), 1)
-        count = sum(weights[1 + i : weights.shape[0] - 1 + i, 1 + j : weights.shape[1] - 1 + j] for i, j in _EIGHT)
-        total = sum(sums[1 + i : sums.shape[0] - 1 + i, 1 + j : sums.shape[1] - 1 + j] for i, j in _EIGHT)
-        new = closure & ~known & (count > 0)
-        bend = np.where(new, total / np.maximum(count, 1.0), bend)
-        known |= new
-    continuation = Continuation(cells)
-    wide = continuation(values, bend, "less")
-    inner_values = wide[1:-1, 1:-1]
-    second = wide[:-2, 1:-1] + wide[2:, 1:-1] + wide[1:-1, :-2] + wide[1:-1, 2:] - 4.0 * inner_values
-    return continuation(inner_values - second / 6.0, bend, "less")
-
-
-_EIGHT = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
 
 
 def _load_bounds(
@@ -278,36 +221,3 @@ def _load_bounds(
         return np.full(shape, -np.inf), np.full(shape, np.inf)
     sizes = room + _SLACK * (np.abs(lower) + np.abs(upper))
     return lower + tension * laplacian.lower - sizes, upper + tension * laplacian.upper + sizes
-
-
-def _heights(data: Data, cells: Cells, surface: Grid, sizes: float) -> tuple[Grid, float]:
-    """Return γ = f - g at the points of the rim, zero elsewhere, and how far it may be off by rounding."""
-    rim = cells.closure & ~cells.nodes
-    frame = np.where(rim, data.frame.values, 0.0)
-    heights, room = np.where(rim, surface - frame, 0.0), _ROOM * (sizes + float(np.abs(frame).max()))
-    # A spline in the place of the support may have been raised to the frame; whether there is room the support tells.
-    own = np.where(rim, data.support.values - frame, 0.0)
-    if min(heights.min(), own.min()) < -room:
-        raise ValueError(f"{data.model!r}: the support lies above the frame, which leaves no room for a membrane")
-    _require_room(data, cells, (heights, own), room)
-    return np.maximum(heights, 0.0), room
-
-
-def _require_room(data: Data, cells: Cells, heights: tuple[Grid, Grid], room: float) -> None:
-    """Refuse a support that is not known to leave room for the frame all along its slanted sides.
-
-    The heights at the points are those of the problem's support above the frame, and of the membrane's own, which
-    decides but where it has a kink.
-    """
-    if data.model.given.get("support") is data.model.given.get("frame_height", 0.0):
-        return
-    below = _beside_chords(data, cells, "support")[0] + _beside_chords(data, cells, "frame_height")[1]
-    bent = _kinked(cells, data.support)
-    for edges in cells.slanted:
-        cell = edges.row, edges.column - (edges.step[1] < 0)
-        posed, own = (np.minimum(*(one[place] for place in edges.ends)) for one in heights)
-        if (np.where(bent[cell], posed, own) - below[cell] < -room).any():
-            raise ValueError(
-                f"{data.model!r}: the support is not known to leave room for the frame along its slanted sides, "
-                "between points of the lattice: take a finer lattice, or move them apart"
-            )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from .contours import crs_in, polygons_in, polygons_of, read_geojson
 from .lattice import Lattice, checked_crs, refuse_indistinct, spacing_of_nodes
 from .lattice_by_rows import LatticeByRows
 from .on_contour import FrameFit
+from .outline import Outline, circle
 from .sides import Sides, is_whole
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 _Grid = NDArray[np.float64]
 _Inside = Callable[[_Grid, _Grid, float], Mask]
+_Combine = Callable[[Any, Any], Any]
 
 _CONTOURS_KEPT = 4
 """Moved contours that are kept, for questions about other points: a lattice is asked about some rows at a time."""
@@ -65,6 +67,7 @@ class Frame:
         self.geometry = geometry
         self._inside = inside
         self._name = name
+        self._outline: Callable[[float], Outline] = lambda spacing: Outline.of(geometry)
         self.crs = ""
 
     @classmethod
@@ -116,7 +119,9 @@ class Frame:
             return np.asarray(np.hypot(x - center_x, y - center_y) < limit - margin)
 
         geometry = ShapelyPoint(center_x, center_y).buffer(limit, quad_segs=64)
-        return cls(geometry, inside, f"disk({radius:g})")
+        frame = cls(geometry, inside, f"disk({radius:g})")
+        frame._outline = partial(circle, limit, (center_x, center_y))
+        return frame
 
     @classmethod
     def hexagon(cls, side: float, center: Point = (0.0, 0.0)) -> Frame:
@@ -352,7 +357,27 @@ class Frame:
         Lattice(45 nodes in 9 x 9, spacing=0.25, fitted to its contour)
         """
         fit = self._fit(spacing, origin, ALONE, fitted=boolean(fitted, "fitted"))
-        return fit.fitted_lattice(self.crs) if fitted else fit.lattice(self.crs)
+        return fit.fitted_lattice(self.crs, self.outline(fit.spacing)) if fitted else fit.lattice(self.crs)
+
+    def outline(self, spacing: float) -> Outline:
+        """Return the contour as closed lines, by which a lattice that is fitted to it remembers it.
+
+        Of circles the chords are a quarter of the spacing long at most. Where a circle meets the contour of a frame
+        that it is joined with, or cut out of, its chords are taken for the contour itself.
+
+        Parameters
+        ----------
+        spacing : float
+            That of the lattice (length).
+
+        Examples
+        --------
+        >>> import contactqp as cq
+        >>> ring = (cq.Frame.disk(1.0) - cq.Frame.disk(0.5)).outline(spacing=0.1)
+        >>> len(ring.rings), bool(0 < ring.sagitta < 0.1 / 100)
+        (2, True)
+        """
+        return self._outline(spacing_of_nodes(spacing))
 
     def lattice_by_rows(self, spacing: float, origin: Point | None = None, together: Together = ALONE) -> LatticeByRows:
         """Lay a square lattice over the frame as `lattice` does, but row by row: nobody lays out the whole of it.
@@ -455,7 +480,7 @@ class Frame:
             # The joined polygon adds the points of edges that both share, which are inside neither.
             return np.asarray(self._inside(x, y, margin) | other._inside(x, y, margin) | in_joined(x, y, margin))
 
-        return Frame(joined, inside, f"{self._name} | {other._name}").in_crs(self._crs_with(other))
+        return self._combined(other, joined, inside, "|", lambda one, two: _closed(one.union(two)))
 
     def __and__(self, other: Frame) -> Frame:
         def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
@@ -463,7 +488,7 @@ class Frame:
 
         geometry = self.geometry.intersection(other.geometry)
         _refuse_empty(geometry, f"{self!r} & {other!r}")
-        return Frame(geometry, inside, f"{self._name} & {other._name}").in_crs(self._crs_with(other))
+        return self._combined(other, geometry, inside, "&", lambda one, two: one.intersection(two))
 
     def __sub__(self, other: Frame) -> Frame:
         def inside(x: _Grid, y: _Grid, margin: float) -> Mask:
@@ -471,7 +496,12 @@ class Frame:
 
         geometry = self.geometry.difference(other.geometry)
         _refuse_empty(geometry, f"{self!r} - {other!r}")
-        return Frame(geometry, inside, f"{self._name} - {other._name}").in_crs(self._crs_with(other))
+        return self._combined(other, geometry, inside, "-", lambda one, two: one.difference(two))
+
+    def _combined(self, other: Frame, geometry: BaseGeometry, inside: _Inside, sign: str, combine: _Combine) -> Frame:
+        frame = Frame(geometry, inside, f"{self._name} {sign} {other._name}").in_crs(self._crs_with(other))
+        frame._outline = lambda spacing: self._outline(spacing).combined(other._outline(spacing), combine)
+        return frame
 
     def __repr__(self) -> str:
         return f"Frame.{self._name}"

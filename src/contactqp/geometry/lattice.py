@@ -15,6 +15,7 @@ from ..foundation.text import counted
 from .cuts import Cuts, FrameArms, frame_arms
 from .labelled import grid_of, is_dataarray, is_labelled, with_places
 from .numbering import Numbering
+from .outline import Outline
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,6 +69,8 @@ class Lattice:
     cuts : Cuts or None
         How long the arms are that end on the frame, where the lattice is fitted to its contour; None where all reach
         to the next point of the lattice.
+    outline : Outline or None
+        The contour itself, where the lattice is fitted to it and it is known.
 
     Examples
     --------
@@ -96,6 +99,7 @@ class Lattice:
         slanted: bool = False,
         halved: Mask | None = None,
         cuts: Cuts | None = None,
+        outline: Outline | None = None,
     ) -> None:
         points = np.array(mask)
         if points.dtype != np.bool_:
@@ -112,6 +116,7 @@ class Lattice:
         self.slanted = slanted
         self.halved = None if halved is None else read_only(halved)
         self.cuts = None if cuts is None else Cuts(*map(read_only, cuts))
+        self.outline = outline
         self.spacing = spacing_of_nodes(spacing)
         if np.shape(origin) != (2,):
             raise ValueError(f"origin must be a pair (x, y), got {origin!r}")

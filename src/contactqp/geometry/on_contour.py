@@ -17,6 +17,7 @@ from ..foundation.together import Together, chunks, share_of
 from .cuts import fitted
 from .lattice import Lattice
 from .lattice_by_rows import Held, LatticeByRows, LatticeFacts
+from .outline import Outline
 from .sides import Moved, Sides
 
 _LOUD = 0.05
@@ -219,12 +220,12 @@ class FrameFit:
     def _whole(self) -> Mask:
         return self._window[2:-2, 1:-1]
 
-    def fitted_lattice(self, crs: str) -> Lattice:
+    def fitted_lattice(self, crs: str, outline: Outline) -> Lattice:
         """Return the lattice whose arms end on the contour."""
         mask, cuts = fitted(self._whole, self.spacing, self.origin, self.inside, self.margin)
         if not mask.any():
             raise ValueError(f"all points of spacing {self.spacing:g} lie next to the contour: choose a smaller one")
-        return Lattice(mask, self.spacing, self.origin, crs=crs, cuts=cuts)
+        return Lattice(mask, self.spacing, self.origin, crs=crs, cuts=cuts, outline=outline)
 
     def _caution(self) -> str:
         distance, x, y = self._farthest
