@@ -6,9 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..foundation.brackets import Bracket
 from ..foundation.checks import Vector, read_only
-from ..geometry.numbering import Grid
 from ..models.base import ContactModel
 from ..models.cable import Cable
 from ..models.membrane import Membrane
@@ -55,7 +53,7 @@ def continuum_of(
         data = Data.of(model)
         require_room(data)
         depths = model.padded_below(gap)
-        found = _energy(data, depths, only=resolve is None)
+        found = _within_doubles(model, energy_bounds(data, depths))
         pointwise = None if resolve is None else membrane_bounds(data, depths, gap, resolve)
     else:
         raise TypeError(f"the continuous counterpart of a Membrane or a Cable can be enclosed, not that of {model!r}")
@@ -71,15 +69,6 @@ def continuum_of(
         pointwise=pointwise,
         at_nodes=heights,
     )
-
-
-def _energy(data: Data, depths: Grid, *, only: bool) -> EnergyBounds:
-    """Return what is proven of a membrane's energy: nothing, if its frame has slanted sides and more was asked for."""
-    if only:
-        data.require_whole_squares("energies are bounded")
-    if data.plan.halved.any():
-        return EnergyBounds(Bracket(-np.inf, np.inf), np.inf, np.inf, np.nan)
-    return _within_doubles(data.model, energy_bounds(data, depths))
 
 
 def _require_spacing(model: ContactModel) -> None:

@@ -84,12 +84,13 @@ def posed_of(data: Data) -> Posed:
         If it is not one over one support, of constant tension, on a frame along lines of the lattice, or a convex one
         along diagonals of its squares as well.
     """
+    data = data.of_whole_squares
     _refuse(data)
     cells = Cells(data.model.lattice.mask, data.model.lattice.spacing, data.model.lattice.halved)
     if cells.cut.any() and not cells.convex:
         raise ValueError(
             f"{data.model!r}: of frames with sides along diagonals effort='pointwise' encloses convex ones, and this "
-            "has corners that point inwards, or several parts"
+            "has corners that point inwards, or several parts; effort='energy' bounds the energy of these as well"
         )
     tension = float(data.model.tension)
     laplacian = _laplacian(data)
@@ -115,13 +116,12 @@ def _refuse(data: Data) -> None:
         unfit = "a ceiling"
     elif data.foundation is not None:
         unfit = "an elastic foundation"
-    elif not np.isfinite(data.support.values[data.plan.points]).all():
+    elif not np.isfinite(data.support.values[data.plan.asked]).all():
         unfit = "parts without a support"
     if unfit:
-        other = "" if data.plan.halved.any() else "; effort='energy' does"
         raise ValueError(
-            f"{model!r}: effort='pointwise' encloses a membrane of one tension over one support, not one with {unfit}"
-            f"{other}"
+            f"{model!r}: effort='pointwise' encloses a membrane of one tension over one support, not one with {unfit}; "
+            "effort='energy' does"
         )
 
 
