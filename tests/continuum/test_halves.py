@@ -1,7 +1,10 @@
 """Fields on squares that slanted sides halve: arrays are linear there, functions lie within margins of their chords."""
 
+from typing import Any
+
 import numpy as np
 import pytest
+from quadratics import Quadratic
 
 import contactqp as cq
 from contactqp.continuum.cells import Cells
@@ -68,3 +71,78 @@ def test_corners_of_halves_begin_at_the_node():
     np.testing.assert_allclose(sums, np.tile([1.0, 2.0, 2.0], (8, 1)))
     assert len(halves.of(cells.cut)) == 8
     assert not len(halves.of(cells.whole))
+
+
+FUNCTIONS: dict[str, Any] = {
+    "all known": Quadratic(3.0, 0.0, 0.1, 0.0),
+    "all known, turned": Quadratic(3.0, 0.05, -0.2, -0.03),
+    "twist": cq.Smooth(lambda x, y: 3 + 0.1 * x * y, second_derivative=0.1),
+    "turned": cq.Smooth(lambda x, y: 3 - 0.1 * x * y + 0.03 * x * x, second_derivative=0.14),
+    "wave": cq.Smooth(lambda x, y: 3 + 0.2 * np.sin(x + 2 * y), second_derivative=1.0),
+    "steep": cq.Smooth(lambda x, y: 3 + 0.2 * np.abs(x - y / 2), lipschitz=0.25),
+    "hill": cq.profiles.Paraboloid(3.0, 5.0, (0.3, 0.2)),
+    "kink": cq.profiles.Uppermost(cq.profiles.Plane(3.0, 0.1), cq.profiles.Plane(3.1, -0.1, 0.05)),
+}
+
+
+@pytest.mark.parametrize("corners", [CORNERS, DIAMOND], ids=["pentagon", "diamond"])
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_margins_about_the_linear_interpolant(corners, name):
+    """Of the half all of it, of the quarter at the node the mean; values beyond the frame do not count."""
+    function = FUNCTIONS[name]
+    data, _ = known(corners, function)
+    plan, field = data.plan, data.support
+    assert field.exact
+    x, y = (np.broadcast_to(part, plan.nodes.shape) for part in plan.places)
+    parts = (np.arange(40) + 0.5) / 40
+    along, up = (part.ravel() for part in np.meshgrid(parts, parts))
+    seen = 0
+    for halves in plan.halves:
+        for k, place in enumerate(zip(*halves.place, strict=True)):
+            (a_x, b_x, _), (a_y, _, c_y), heights = (
+                [part[k] for part in halves.of(each)] for each in (x, y, field.values)
+            )
+
+            def off(s, t, heights=heights, a=(a_x, a_y), b_x=b_x, c_y=c_y):
+                linear = heights[0] + s * (heights[1] - heights[0]) + t * (heights[2] - heights[0])
+                return np.asarray(function(a[0] + s * (b_x - a[0]), a[1] + t * (c_y - a[1]))) - linear
+
+            within = along + up <= 1
+            here = off(along[within], up[within])
+            assert -field.below[place] <= here.min()
+            assert here.max() <= field.above[place]
+            assert -field.bent_below[place] <= here.min()
+            assert here.max() <= field.bent_above[place]
+            mean = off(along / 2, up / 2).mean()
+            slack = 1e-3 * (field.above[place] + field.below[place])  # of the midpoint rule
+            assert -field.mean_below[place] - slack <= mean <= field.mean_above[place] + slack
+            seen += 1
+    assert seen == plan.halved.sum() > 0
+    assert (field.values[~plan.points] == 0).all()
+    whole = data.of_whole_squares
+    assert whole.of_whole_squares is whole
+    np.testing.assert_array_equal(whole.support.values[plan.points], field.values[plan.points])
+
+
+@pytest.mark.parametrize("name", ["twist", "wave", "hill", "kink"])
+def test_tensions_on_the_parts_of_halves(name):
+    lattice = cq.Frame.polygon(CORNERS).lattice(1.0)
+    data = Data.of(cq.Membrane(lattice, FUNCTIONS[name], load=1.0, support=9.0))
+    plan = data.plan
+    x, y = (np.broadcast_to(part, plan.nodes.shape) for part in plan.places)
+    parts = (np.arange(60) + 0.5) / 60
+    s, t = (part.ravel() / 2 for part in np.meshgrid(parts, parts))
+    for halves in plan.halves:
+        (a_x, b_x, _), (a_y, _, c_y) = halves.of(x), halves.of(y)
+        triangle = t < 0.5 - s
+        for corner, (right, up) in zip(
+            halves.corners, ((s, t), (0.5 + s[triangle], t[triangle]), (s[triangle], 0.5 + t[triangle])), strict=True
+        ):
+            told = data.tensions(1, corner)
+            middle, spread, apart = (np.broadcast_to(part, plan.squares.shape)[halves.place] for part in told)
+            there = FUNCTIONS[name](a_x + np.outer(right, b_x - a_x), a_y + np.outer(up, c_y - a_y))
+            assert (np.abs(there - middle) <= spread).all()
+            assert (np.abs(there.mean(axis=0) - middle) <= apart + 2e-3 * spread).all()
+    for corner in range(4):  # nothing of what lies beyond
+        least = np.broadcast_to(data.tensions(0, corner).least, plan.squares.shape)[plan.squares]
+        assert least.min() > 2.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
@@ -15,9 +15,11 @@ from ..foundation.intervals import Interval
 from ..foundation.surfaces import Curvature, Ranged
 from ..geometry.fields import OnFrame, evaluated, is_function
 from ..geometry.numbering import Grid
+from ..geometry.smooth import Smooth
 from ..models.on_lattice import LatticeModel
 from ..profiles.analytic import Profile
 from .cell_fields import CellField, array_field, continued, function_field, number_field
+from .halves import about_halves
 from .plan import CORNERS, ContourPlan, Plan
 from .stiff_signs import require_not_negative
 
@@ -50,10 +52,14 @@ class Tensions(NamedTuple):
 class Data:
     """The fields of a model on the squares of its plan, as depths: positive downwards whatever the model's heights are.
 
+    Where the frame halves a square they are known on the half, and told by the linear interpolant of its corners.
+
     Attributes
     ----------
     model : Membrane or Cable
     plan : Plan
+    past_frame : bool
+        Whether functions are rather told on the whole of such squares, by their bilinear interpolants.
 
     Raises
     ------
@@ -64,6 +70,7 @@ class Data:
 
     model: LatticeModel
     plan: Plan
+    past_frame: bool = False
 
     @classmethod
     def of(cls, model: LatticeModel) -> Data:
@@ -74,8 +81,8 @@ class Data:
         if lattice.overshoot or (lattice.slanted and lattice.halved is None):
             how = "lies beside the lattice's points" if lattice.overshoot else "has slanted sides that cut squares"
             raise ValueError(
-                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice, or a convex "
-                "one along diagonals of its squares with corners of 90° and more, can be enclosed; take "
+                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice, or along "
+                "diagonals of its squares with corners of 90° and more, can be enclosed; take "
                 "Lattice.from_mask(lattice.mask, lattice.spacing, lattice.origin), another membrane, whose frame goes "
                 "in steps"
             )
@@ -96,13 +103,10 @@ class Data:
             raise ValueError(f"{model!r}: its frame cuts arms between the points of the lattice, and {unfit}")
         return ContourPlan(lattice)
 
-    def require_whole_squares(self, what: str) -> None:
-        """Refuse a frame with slanted sides, for which something is not known."""
-        if self.plan.halved.any() or not self.plan.on_lattice:
-            raise ValueError(
-                f"{self.model.lattice!r}: its contour cuts squares, and {what} only of a frame that runs along "
-                "lines of the lattice; effort='pointwise' encloses the membrane in this one as well"
-            )
+    @cached_property
+    def of_whole_squares(self) -> Data:
+        """The same with what functions do beyond the frame, see `past_frame`."""
+        return self if self.past_frame or not self.plan.halves else replace(self, past_frame=True)
 
     @cached_property
     def load(self) -> CellField:
@@ -167,20 +171,25 @@ class Data:
         if not callable(given) and not isinstance(given, OnFrame):
             return number_field(plan, -given if self.model.upwards else given)
         if callable(given):
-            return self._turned(given, function_field(plan, given, self._at_points(given, "frame_height", plan.points)))
+            values = self._at_points(given, "frame_height", plan.asked)
+            return self._turned(given, self._known(given, function_field(plan, given, values)))
         held = self.model.frame_heights
         assert held is not None
         own = np.where(self.model.frame_points(), held, self._on_frame(given))
-        return self._turned(given, array_field(plan, continued(plan, np.zeros(plan.lattice.size), own)))
+        values = self._nan_filled(continued(plan, np.zeros(plan.lattice.size), own))
+        return self._turned(given, self._known(given, array_field(plan, values)))
 
     @cached_property
     def bend_of_frame(self) -> Grid:
-        """Bound of the modulus of the frame's second derivative along its edges, in each square with one of them."""
+        """Bound of the modulus of the frame's second derivative along its edges, in each square with one of them.
+
+        Where the frame halves a square, it is that along the diagonal.
+        """
         return np.maximum(*self._bends_of_edges)
 
     @cached_property
     def bent_edges(self) -> Grid:
-        """How many directions the frame's edges are bent along in each square, 0, 1 or 2."""
+        """How many directions the frame's edges are bent along in each square, 0, 1 or 2; a diagonal counts twice."""
         return np.asarray(np.add(*[bend > 0 for bend in self._bends_of_edges], dtype=np.int64))
 
     @cached_property
@@ -196,7 +205,7 @@ class Data:
             for corner in range(4):
                 # The edges along x are those from the first corner to the second, and from the fourth to the third.
                 ends = corner, (1, 0, 3, 2)[corner] if along == 0 else 3 - corner
-                of_frame = plan.squares & np.logical_and(*[plan.at_corner(plan.frame, end) for end in ends])
+                of_frame = plan.whole & np.logical_and(*[plan.at_corner(plan.frame, end) for end in ends])
                 if bends is None:
                     most[along][of_frame] = np.inf
                     continue
@@ -207,6 +216,14 @@ class Data:
                 rows, columns = plan.squares.shape
                 beside = own[down : down + rows] if along == 0 else own[:, right : right + columns]
                 np.maximum(most[along], np.where(of_frame, beside, 0.0), out=most[along])
+        for halves in plan.halves:
+            bends = given.curvature(*plan.around_squares)
+            bend: Any = np.inf
+            if bends is not None:
+                twice = bend_along(given, bends, halves.step).magnitude
+                bend = np.broadcast_to(twice, plan.squares.shape)[halves.place] / 2
+            for each in most:
+                each[halves.place] = bend
         return most
 
     @cached_property
@@ -250,16 +267,26 @@ class Data:
         """Return the tension along x (axis 1) or y (axis 0) in the quarters at one of the squares' corners.
 
         Numbers are the same everywhere. An array, whose arms have harmonic means, is meant as constant about each node,
-        up to the middles of its arms. A function is known by its range.
+        up to the middles of its arms. A function is known by its range. In a square that is halved the quarters at the
+        frame are triangles, see `contactqp.continuum.half_squares`, and what belongs to the corner beyond is that of
+        another part of the half.
         """
         kept: Any = self._tension_fields[self._along(axis)]
         if isinstance(kept, float):
             return Tensions(kept, 0.0, 0.0)
         if not isinstance(kept, CellField):
-            return Tensions(self.plan.at_corner(kept, corner), 0.0, 0.0)
+            return Tensions(self.plan.at_corners(kept)[corner], 0.0, 0.0)
         own, beside, above, across = (kept_at(self.plan, kept.values, corner, k) for k in range(4))
         inner = np.stack([own, (own + beside) / 2, (own + above) / 2, (own + beside + above + across) / 4])
         mean = (9 * own + 3 * beside + 3 * above + across) / 16
+        for halves in self.plan.halves:
+            place, (at_a, at_b, at_c) = halves.place, halves.of(kept.values)
+            if corner in halves.corners[1:]:
+                frame, other = (at_b, at_c) if corner == halves.corners[1] else (at_c, at_b)
+                inner[:, *place] = [frame, (frame + at_a) / 2, (frame + other) / 2, frame]
+                mean[place] = (4 * frame + at_a + other) / 6
+            elif corner != halves.corners[0]:
+                inner[:, *place] = mean[place] = at_a
         with np.errstate(invalid="ignore"):
             spread = np.maximum(inner.max(axis=0) - mean, mean - inner.min(axis=0)) * (1 + 1e-14) + kept.apart
             rounding = 1e-15 * np.abs(mean)
@@ -304,7 +331,8 @@ class Data:
         if constant and not isinstance(source, Ranged):
             return float(field.nodes)
         if is_function(source):
-            return function_field(self.plan, source, self._at_points(source, "tension", self.plan.points))
+            values = self._at_points(source, "tension", self.plan.asked)
+            return self._known(source, function_field(self.plan, source, values))
         nodes = np.broadcast_to(field.nodes, (self.model.size,))
         return self._nan_filled(continued(self.plan, nodes, self._on_frame(source)))
 
@@ -322,9 +350,9 @@ class Data:
         """Return a field whose values at the nodes, in the sense in which it was given, are known."""
         plan, given = self.plan, self.model.given.get(name)
         if is_function(given):
-            values = np.where(plan.frame, self._at_points(given, name, plan.frame), np.nan)
+            values = self._at_points(given, name, plan.asked & ~plan.nodes)
             values[plan.nodes] = nodal
-            return function_field(plan, given, values)
+            return self._known(given, function_field(plan, given, values))
         same = repeated(nodal) or bool((nodal == nodal[0]).all())
         if same and not isinstance(given, OnFrame):
             return number_field(plan, float(nodal[0]))
@@ -332,7 +360,12 @@ class Data:
         values = continued(plan, nodal, on_frame)
         if continued_as is not None:
             values = np.where(np.isnan(on_frame), continued_as(values), values)
-        return array_field(plan, self._nan_filled(values), exact=name in self.model.given)
+        return self._known(given, array_field(plan, self._nan_filled(values), exact=name in self.model.given))
+
+    def _known(self, given: Any, field: CellField) -> CellField:
+        """Return what was given where it is to be known in squares that are halved."""
+        linear = not (is_function(given) and field.exact)
+        return about_halves(field, self.plan, linear=linear) if linear or not self.past_frame else field
 
     def _nan_filled(self, values: Grid) -> Grid:
         return np.where(self.plan.points, values, 0.0)
@@ -370,6 +403,21 @@ class Data:
         return np.where(self.plan.frame, np.minimum(values, self.frame.values), values)
 
 
+def bend_along(function: Ranged, bends: Curvature, step: tuple[int, int]) -> Interval:
+    """Return what holds the second derivative of a function by how often a step along x and y is made.
+
+    Of both components of a step along a diagonal a declared constant tells more than of each of the derivatives.
+    """
+    right, up = step
+    if not (right and up):
+        return bends.xx if right else bends.yy
+    along = bends.xx + bends.yy + Interval.of(2.0 * right * up) * bends.xy
+    if isinstance(function, Smooth) and function.second_derivative is not None:
+        most = 2 * function.second_derivative * (1 + 1e-14)
+        along = Interval(np.maximum(along.lower, -most), np.minimum(along.upper, most))
+    return along
+
+
 def require_positive(tension: float) -> float:
     """Return a lower bound of a tension, refuse one that is not above zero."""
     if not tension > 0:
@@ -388,8 +436,19 @@ def kept_within(
 
 
 def kept_at(plan: Plan, points: Any, corner: int, which: int) -> Any:
-    """Return values at a corner of the squares (0), beside it along x (1), along y (2), and across the square (3)."""
+    """Return values at a corner of the squares (0), beside it along x (1), along y (2), and across the square (3).
+
+    Across a square that is halved, from its node, is what makes the bilinear interpolant linear. Values at its other
+    corners are to be taken from `contactqp.continuum.half_squares`.
+    """
     down, right = CORNERS[corner]
     steps = ((0, 0), (0, 1), (1, 0), (1, 1))[which]
     place = down ^ steps[0], right ^ steps[1]
-    return plan.at_corner(points, CORNERS.index(place))
+    found = plan.at_corner(points, CORNERS.index(place))
+    if which == 3:
+        for halves in plan.halves:
+            if halves.corner == corner:
+                at_a, at_b, at_c = halves.of(points)
+                found = found.copy()
+                found[halves.place] = at_b + at_c - at_a
+    return found

@@ -74,10 +74,14 @@ def continuum_of(
 
 
 def _energy(data: Data, depths: Grid, *, only: bool) -> EnergyBounds:
-    """Return what is proven of a membrane's energy: nothing, if its frame has slanted sides and more was asked for."""
-    if only:
-        data.require_whole_squares("energies are bounded")
-    if data.plan.halved.any() or not data.plan.on_lattice:
+    """Return what is proven of a membrane's energy: nothing in a frame that cuts squares, if more was asked for."""
+    if not data.plan.on_lattice:
+        if only:
+            raise ValueError(
+                f"{data.model.lattice!r}: its contour cuts squares anywhere, and energies are bounded only of frames "
+                "that run along lines of the lattice, or diagonals of its squares; effort='pointwise' encloses the "
+                "membrane in this one"
+            )
         return EnergyBounds(Bracket(-np.inf, np.inf), np.inf, np.inf, np.nan)
     return _within_doubles(data.model, energy_bounds(data, depths))
 

@@ -1,6 +1,7 @@
 r"""Energy: bounds of a membrane's potential energy, and of how far the interpolant of an answer is from it.
 
-**The membrane.** Over a region Ω that consists of squares of the lattice, w has the least energy
+**The membrane.** Over a region Ω that consists of squares of the lattice, and of halves of squares along their
+diagonals, w has the least energy
 
 .. math:: J(w) = \int_Ω ½(T_x w_x² + T_y w_y² + kw²) - pw
 
@@ -29,7 +30,7 @@ of the wrong sign, and how the load differs from its values at the nodes. The fu
 frame, and
 
 * on the whole Ω, which fits into a rectangle with the sides a and b: ∫T|∇u|² ≥ π²(T_x/a² + T_y/b²) ∫u² with the least
-  tensions (Friedrichs);
+  tensions (Friedrichs), and the same holds of a rectangle along diagonals, with the less of both tensions;
 * on a square of side h, ∫|u - ū|² ≤ (h/π)² ∫|∇u|² with ū its mean (Payne and Weinberger 1960), and on a square of side
   h/2 on one side of which u vanishes, ∫u² ≤ (h/π)² ∫|∇u|² (Friedrichs in one direction).
 
@@ -50,12 +51,19 @@ at the node and from what y takes of that. The reaction of the lattice is not ne
 answer of five-point differences is its own equilibrated flux*. Nodes in contact, by the rule gap_i G_ii < R_i, give λ⁺
 = R_i/h², those at the ceiling λ⁻; all else of R_i goes to ν.
 
+**Along diagonals.** In a square that the frame halves v is linear on the half, which consists of a quarter that belongs
+to the square's node and of two triangles that belong to points of the frame. The squares about nodes stay whole; what
+differs on the triangles has a module of its own, `majorant_on_halves`.
+
 **Where v must be lower.** The support lies below its interpolant If by at most ``below`` (see `cell_fields`). With v_i
 = min(w_i, f_i - b_i), where b_i is the most of it in the squares at the node, Iv ≤ If - Ib ≤ f. In a square one edge of
 which is the frame at y = 0, where g ≤ f, f is bounded from below by interpolating in y: there b_i = h²/8 max f_xx +
 h²/2 max f_yy is enough, at most four times ``below``. Where the support does not bend away from its chords there, and
-no other edge of the frame is bent, v lies above it as soon as its nodes and the frame do. The contact error is that of
-this v. The norm of w's own interpolant differs from it by at most ‖I(w - v)‖.
+no other edge of the frame is bent, v lies above it as soon as its nodes and the frame do. Four times ``below`` serves a
+square that touches the frame at a corner, or at two opposite ones: for ξ and η as parts of its sides, counted from that
+corner, lowering the other nodes by b lowers v by b(ξ + η - ξη), or b(ξ + η - 2ξη), none of which is less than b ξ(1 -
+ξ) or b η(1 - η). The contact error is that of this v. The norm of w's own interpolant differs from it by at most ‖I(w -
+v)‖.
 
 **Curved supports.** That is more than it need be, for the true reaction works on the same gap: see `relief`.
 
@@ -84,6 +92,7 @@ from .majorant import (
     apart_of,
     balanced_flux,
     costs_of,
+    least_at_corners,
     leaves_of,
     mean_at_corners,
     misfit_in_squares,
@@ -96,6 +105,7 @@ from .majorant import (
     stretch_of,
     sum_of_parts,
 )
+from .majorant_on_halves import BENT_MEAN, BENT_SQUARED, fall_on_halves, product_on_halves
 from .relief import curved_bound
 from .rounded import FEW, GROW, finite_or_nan, or_infinite, rounded_up
 
@@ -195,8 +205,11 @@ def _energy(data: Data, points: Grid, stretch: Stretch, rim: float) -> Bracket:
             own, other = plan.at_corner(points, corner), kept_at(plan, force, corner, which)
             work += weight * own * other
             most += weight * np.abs(own) * kept_at(plan, size, corner, which)
+    work, most = work / 36, most / 36
+    product_on_halves(plan, force, points, work)
+    product_on_halves(plan, size, np.abs(points), most)
     square = plan.spacing**2
-    work, most = square / 36 * work, square / 36 * most
+    work, most = square * work, square * most
     error = stretch.error + FEW * most + square * apart * mean_at_corners(plan, np.abs(points)) * GROW
     known = finite_or_nan(stretch.stored - work)[plan.squares]
     error = error[plan.squares] + FEW * np.abs(known) + UNDERFLOW
@@ -205,13 +218,13 @@ def _energy(data: Data, points: Grid, stretch: Stretch, rim: float) -> Bracket:
         bend, edges = data.bend_of_frame, plan.frame_edges
         # What is added meets p - kv, the whole of the springs.
         most_force = most_at_corners(plan, size) + apart_of(data, points, 1.0)
-        touched = np.where(plan.squares, most_force * bend * edges, 0.0)
-        beside = math.sqrt(2 * sum_of_parts((stretch.stored + stretch.error)[edges > 0]))
-        extra = rounded_up(rim * beside) + rounded_up(rim * rim / 2) + sum_of_parts(plan.spacing**4 / 24 * touched)
+        touched = most_force * bend * np.where(plan.halved, BENT_MEAN, edges / 24)
+        beside = math.sqrt(2 * sum_of_parts((stretch.stored + stretch.error)[(edges > 0) | plan.halved]))
+        extra = rounded_up(rim * beside) + rounded_up(rim * rim / 2)
+        extra += sum_of_parts(plan.spacing**4 * touched[plan.squares])
         if foundation is not None:
-            extra += (
-                sum_of_parts(np.where(plan.squares, most_of_foundation(data) * (edges * bend) ** 2, 0.0)) * square**3
-            )
+            bent = most_of_foundation(data) * bend**2 * np.where(plan.halved, BENT_SQUARED, edges**2)
+            extra += sum_of_parts(bent[plan.squares]) * square**3
     return Bracket(
         sum_below([*(known - error).tolist(), -rounded_up(extra)]),
         sum_above([*(known + error).tolist(), rounded_up(extra)]),
@@ -270,24 +283,30 @@ def _most(data: Data, surface: CellField, points: Grid, name: str) -> Grid | Non
         | ~np.isfinite(most_at_corners(plan, np.abs(surface.values)))
     )
     fall = np.where(steep, 0.0, surface.below) * GROW
-    bend = surface.bent_below * GROW
-    on_edge = (plan.frame_edges == 1) & np.isfinite(bend)
-    at_frame = plan.squares & (plan.frame_corners > 0) & ~on_edge
     leaves = leaves_of(data)
-    gap = np.minimum.reduce([plan.at_corner(surface.values - points, k) for k in range(4)])
+    gap = least_at_corners(plan, surface.values - points)
     spare = gap * (1 - FEW) >= fall + leaves
     # Along lines on which the support does not bend away from its chords, it is enough that nodes are not below it.
     straight = stays_above(data, surface)
+    beside = 4.0 * surface.bent_below * GROW
+    fall_on_halves(data, surface, 1.0 if name == "support" else -1.0, beside)
+    corners = plan.squares & (plan.frame_corners > 0)
+    # No edge of these holds more of v than its ends do.
+    free = corners & (plan.frame_edges == 0)
+    beside = np.where(free & spare, 0.0, np.where(free & straight & (fall < beside), fall, beside))
+    on_edge = corners & (plan.frame_edges <= 1) & np.isfinite(beside)
+    at_frame = corners & ~on_edge
     if (at_frame & ~steep & ~straight & ~spare).any():
         return None
     bottom = np.where(steep, surface.range_lower, np.inf)
-    drop = np.where(at_frame & spare & ~straight, 0.0, np.where(on_edge, 4.0 * bend, fall))
+    drop = np.where(at_frame & spare & ~straight, 0.0, np.where(on_edge, beside, fall))
     room, least = np.zeros(points.shape), np.full(points.shape, np.inf)
     for corner in range(4):
         at, low = plan.at_corner(room, corner), plan.at_corner(least, corner)
-        np.maximum(at, np.where(plan.squares, drop, 0.0), out=at)
-        np.minimum(low, np.where(plan.squares, bottom, np.inf), out=low)
-    if (points + plan.spacing**2 / 8 * most_in_squares(plan, data.bend_of_frame) > least)[plan.frame].any():
+        np.maximum(at, np.where(plan.having(corner), drop, 0.0), out=at)
+        np.minimum(low, np.where(plan.having(corner), bottom, np.inf), out=low)
+    bulge = plan.spacing**2 / 8 * np.where(plan.halved, 2, 1) * data.bend_of_frame
+    if (points + most_in_squares(plan, bulge) > least)[plan.frame].any():
         return None
     reach = surface.values - room
     reach = np.where(room > 0, np.nextafter(reach, -np.inf), reach)

@@ -26,7 +26,7 @@ from ..models.membrane import Membrane
 from .data import Data
 from .energy import energy_norm, points_of
 from .estimate import SAFETY, Solve
-from .relatives import coarser, place_in, prolonged
+from .relatives import coarser, place_in, prolonged_in
 
 _FORMAL_ORDER, _LEAST_ORDER = 1.0, 0.5
 
@@ -104,8 +104,6 @@ def energy_estimate(model: ContactModel, gap: Vector, solve: Solve) -> EnergyEst
     ValueError
         If the frame runs along the lines of no lattice of twice the spacing.
     """
-    if isinstance(model, Membrane):
-        Data.of(model).require_whole_squares("the energy norm of errors is estimated")
     double = coarser(model)
     if double is None:
         raise ValueError(
@@ -133,7 +131,7 @@ def _share(order: float) -> float:
 
 def _apart(data: Data, points: Grid, coarse: Membrane, far: Grid) -> float:
     """Return the energy norm of the difference of two interpolants, the second one of twice the spacing."""
-    finer_points = prolonged(far)
+    finer_points = prolonged_in(Data.of(coarse).plan, far)
     # The coarser array, with its ring, may begin and end beyond the finer one.
     first = [place - 2 for place in place_in(data.plan.lattice, coarse.lattice)]
     here = tuple(slice(max(k, 0), k + n) for k, n in zip(first, finer_points.shape, strict=True))

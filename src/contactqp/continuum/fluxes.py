@@ -26,6 +26,18 @@ next, the flux U across the lines through the point follows from quarter to quar
 the one number that is left free makes the differences from T∇v small in the mean. What flows through the frame itself
 is free.
 
+**In halves.** Of a square that the frame halves along the diagonal BC, a triangle with legs a = h/2 belongs to B, the
+right angle of which is in the middle M of AB; another one alike belongs to C. With s counted from M towards B, and t
+along the leg that it shares with the quarter of the node A, y is the lowest field of Raviart and Thomas,
+
+.. math:: y_s = q - \frac{f_B}{2} s, \quad y_t = U - \frac{f_B}{2} t, \quad \operatorname{div} y = -f_B,
+
+with f = p - kv, the flux q out of A's quarter, and the flux U through the half of AB next to B, on which t = 0: each is
+the number that the other side of the leg has. Through the hypotenuse, which lies on the frame, flows what there is. So
+a triangle begins or ends the turn about B, and U is one of the fluxes that turn there: it needs no balance, for the
+hypotenuse takes what the legs leave. A's own quarter is as any other of a node. In the means that make ψ halves count
+as zero, for T∇v is constant in each of them; ψ is linear on the triangles.
+
 **Rounding.** The fluxes through lines are the doubles in memory, each of which either side of its line has: y is then
 admissible exactly, whatever they are. In the quarters of a node's square div y is off from what the four differences
 tell by no more than ``rounding``.
@@ -41,7 +53,7 @@ import numpy as np
 from ..foundation.checks import Mask
 from ..geometry.numbering import Grid
 from .data import Data
-from .plan import CORNERS, Plan
+from .plan import CORNERS, FrameQuarter, Plan
 from .rounded import FEW, rounded_up
 
 
@@ -57,6 +69,8 @@ class Flux(NamedTuple):
         For each corner of the squares: y_x on the line x = const through it, and y_y on the line y = const.
     bow : pair of arrays, shape (rows + 2, columns + 2)
         z_x and z_y at the nodes, zero at other points.
+    force : array, shape (rows + 2, columns + 2)
+        p - kv at the points, which is -div y at the frame (force per area).
     reaction : array, shape (rows + 2, columns + 2)
         Force at the nodes that balances p - kv and y, zero at other points.
     rounding : array, shape (rows + 2, columns + 2)
@@ -68,6 +82,7 @@ class Flux(NamedTuple):
     through: tuple[tuple[Grid, Grid], tuple[Grid, Grid]]
     at_corners: list[tuple[Grid, Grid]]
     bow: tuple[Grid, Grid]
+    force: Grid
     reaction: Grid
     rounding: Grid
     loose: float
@@ -108,7 +123,7 @@ def flux_of(data: Data, points: Grid, force: Grid, size: Grid) -> Flux:
     nodes = plan.nodes
     reaction = np.where(nodes, force * square + pulls, 0.0)
     rounding = np.where(nodes, rounding + FEW * (size * square + sums), 0.0)
-    return Flux(through, at_corners, _bow(force, nodes, square), reaction, rounding, loose)
+    return Flux(through, at_corners, _bow(force, nodes, square), force, reaction, rounding, loose)
 
 
 _NUMBERED = tuple(enumerate(CORNERS))
@@ -122,8 +137,8 @@ def _turned(
     What flows through the whole of a line between two points is not changed by it. Of lines through points the halves
     are above and below, to the right and to the left of the point.
     """
-    along_y = np.where(plan.squares, np.diff(across[0], axis=0), 0.0)
-    along_x = np.where(plan.squares, np.diff(across[1], axis=1), 0.0)
+    along_y = np.where(plan.whole, np.diff(across[0], axis=0), 0.0)
+    along_x = np.where(plan.whole, np.diff(across[1], axis=1), 0.0)
     # Twice ψ, by which the flux through half a line differs, is a quarter of A h² and B h² in the middle of a side.
     beside = -_mean_beside(plan.squares, along_y, (0,)) / 4
     above = _mean_beside(plan.squares, along_x, (1,)) / 4
@@ -188,29 +203,50 @@ def _at_frame(
     """Choose the flux in the quarters at frame points, and return ∫ν² of what rounding leaves in them."""
     half, loose = plan.spacing**2 / 2, 0.0
     for chain in plan.chains:
-        outflows = []
-        for quarter in chain.quarters:
-            down, right = CORNERS[quarter.corner]
-            along_x = float(through[0][down][quarter.row, quarter.column]) * (1 - 2 * right)
-            along_y = float(through[1][right][quarter.row, quarter.column]) * (1 - 2 * down)
-            # In the first quarter the flux that turns towards the next direction is that along y, and so on in turn.
-            outflows.append((along_x, along_y) if quarter.corner % 2 == 0 else (along_y, along_x))
+        outflows = [_outflows(through, quarter) for quarter in chain.quarters]
+        begins, ends = chain.quarters[0].halved, chain.quarters[-1].halved
+        whole = slice(int(begins), len(outflows) - int(ends))
         own = float(force[chain.row, chain.column])
         turned = [0.0]
-        for behind, ahead in outflows:
+        for behind, ahead in outflows[whole]:
             turned.append(turned[-1] - (behind + ahead) - own * half)
         between = [[-before[0], after[1]] for before, after in pairwise(outflows)]
-        wanted = [[outflows[0][1]], *between, [-outflows[-1][0]]]
+        wanted = [[outflows[0][1]], *between, [-outflows[-1][0]]][whole.start : len(between) + 2 - int(ends)]
         free = sum(sum(each) / len(each) - known for each, known in zip(wanted, turned, strict=True)) / len(turned)
         turned = [free + each for each in turned]
-        for (behind, ahead), quarter, first, last in zip(outflows, chain.quarters, turned, turned[1:], strict=False):
-            at_x, at_y = at_corners[quarter.corner]
-            sign = 1.0 if quarter.corner in (0, 3) else -1.0
-            place = quarter.row, quarter.column
-            if quarter.corner % 2 == 0:
-                at_y[place], at_x[place] = sign * first, -sign * last
-            else:
-                at_x[place], at_y[place] = sign * first, sign * last
+        # A triangle has one line through the point that flows turn across, and whole quarters have two.
+        _turn(at_corners, chain.quarters, [*[0.0] * int(begins), *turned, *[0.0] * int(ends)])
+        for (behind, ahead), first, last in zip(outflows[whole], turned, turned[1:], strict=False):
             parts = abs(behind) + abs(ahead) + abs(first) + abs(last) + float(size[chain.row, chain.column]) * half
             loose += (FEW * parts) * (FEW * parts) / (2 * half)
     return rounded_up(loose)
+
+
+def _outflows(through: tuple[tuple[Grid, Grid], tuple[Grid, Grid]], quarter: FrameQuarter) -> tuple[float, float]:
+    """Return what flows out of a quarter along the directions in which it begins and ends, counterclockwise.
+
+    Along the direction in which there is no node a triangle has the flux that leaves the node's quarter beside it: it
+    tells what T∇v is there.
+    """
+    down, right = CORNERS[quarter.corner]
+    place = quarter.row, quarter.column
+    lower, left = down, right
+    if quarter.node is not None:
+        beside = CORNERS[quarter.node][0] == down
+        lower, left = (down, 1 - right) if beside else (1 - down, right)
+    along_x = float(through[0][lower][place]) * (1 - 2 * right)
+    along_y = float(through[1][left][place]) * (1 - 2 * down)
+    # In the first quarter the flux that turns towards the next direction is that along y, and so on in turn.
+    return (along_x, along_y) if quarter.corner % 2 == 0 else (along_y, along_x)
+
+
+def _turn(at_corners: list[tuple[Grid, Grid]], quarters: tuple[FrameQuarter, ...], turned: list[float]) -> None:
+    """Lay down what flows counterclockwise across the lines between quarters, and those at both ends."""
+    for quarter, (first, last) in zip(quarters, pairwise(turned), strict=True):
+        at_x, at_y = at_corners[quarter.corner]
+        sign = 1.0 if quarter.corner in (0, 3) else -1.0
+        place = quarter.row, quarter.column
+        if quarter.corner % 2 == 0:
+            at_y[place], at_x[place] = sign * first, -sign * last
+        else:
+            at_x[place], at_y[place] = sign * first, sign * last

@@ -1,9 +1,9 @@
 r"""Room for the frame: whether support and ceiling leave room for it all along its edges, not at its points alone.
 
-Let d = s(f - g) along an edge of the frame, f a support (s = 1) or a ceiling (s = -1) and g the frame's height, as
-depths. Where d ≥ 0 everywhere, the frame's height is that of some membrane between support and ceiling; where d < 0
-anywhere, there is none, and nothing that could be enclosed. On a segment of length l between two places, d is no less
-than either of
+Let d = s(f - g) along an edge of the frame, which may be the diagonal of a square that is halved, f a support (s = 1)
+or a ceiling (s = -1) and g the frame's height, as depths. Where d ≥ 0 everywhere, the frame's height is that of some
+membrane between support and ceiling; where d < 0 anywhere, there is none, and nothing that could be enclosed. On a
+segment of length l between two places, d is no less than either of
 
 .. math:: \min f - \max g, \qquad \min(d_1, d_2) - \frac{l²}{8} \max(0, \max d″),
 
@@ -25,7 +25,7 @@ from ..foundation.intervals import Interval
 from ..foundation.surfaces import Ranged
 from ..profiles.analytic import Profile
 from .cell_fields import CellField
-from .data import Data
+from .data import Data, bend_along
 
 _Places: TypeAlias = NDArray[np.int64]
 
@@ -37,21 +37,21 @@ _ROUNDING = 1e-13
 
 @dataclass(frozen=True, eq=False)
 class _Segments:
-    """Parts of edges of the frame along one axis.
+    """Parts of edges of the frame in one direction.
 
     Attributes
     ----------
-    axis : int
-        1 along x, 0 along y.
+    step : (int, int)
+        How far an edge goes along x and y, in units of the spacing.
     x, y : array, shape (k,)
         Where each begins (length).
     edge : array, shape (k,)
         Which edge each is a part of, and ``first`` and ``last`` the parts of that edge where it begins and ends.
     spacing : float
-        Length of an edge.
+        Length of an edge along x or y.
     """
 
-    axis: int
+    step: tuple[int, int]
     x: Vector
     y: Vector
     edge: _Places
@@ -61,14 +61,16 @@ class _Segments:
 
     @property
     def length(self) -> Vector:
-        """Length of each."""
+        """Length of each along x or y."""
         return self.spacing * (self.last - self.first)
 
     def ends(self) -> Iterator[tuple[Vector, Vector, Vector]]:
         """Return the places x and y of both ends of each, and the parts of their edges there."""
         yield self.x, self.y, self.first
-        along = self.length
-        yield (self.x + along, self.y, self.last) if self.axis == 1 else (self.x, self.y + along, self.last)
+        yield *self._ahead(self.x, self.y, self.length), self.last
+
+    def _ahead(self, x: Any, y: Any, length: Vector) -> tuple[Vector, Vector]:
+        return x + self.step[0] * length, y + self.step[1] * length
 
     def held(self) -> tuple[Interval, Interval]:
         """Return what holds x and y on each, however its ends are rounded."""
@@ -82,9 +84,9 @@ class _Segments:
         """Return both halves of some of them."""
         x, y, edge, first, last = (part[chosen] for part in (self.x, self.y, self.edge, self.first, self.last))
         middle, step = (first + last) / 2, self.length[chosen] / 2
-        far_x, far_y = (x + step, y) if self.axis == 1 else (x, y + step)
+        far_x, far_y = self._ahead(x, y, step)
         return _Segments(
-            axis=self.axis,
+            step=self.step,
             x=np.concatenate([x, far_x]),
             y=np.concatenate([y, far_y]),
             edge=np.concatenate([edge, edge]),
@@ -104,7 +106,7 @@ class _Surface(Protocol):
         """Return what holds its depths on segments (length)."""
 
     def bend(self, segments: _Segments) -> Interval:
-        """Return what holds its second derivatives along segments (one over length)."""
+        """Return what holds its second derivatives along segments, by the length of these along x or y."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,8 +145,7 @@ class _Function:
         bends = self.function.curvature(*segments.held())
         if bends is None:
             return _anything(segments)
-        along: Interval = bends.xx if segments.axis == 1 else bends.yy
-        return Interval.of(self.sign) * along
+        return Interval.of(self.sign) * bend_along(self.function, bends, segments.step)
 
 
 def _anything(segments: _Segments) -> Interval:
@@ -153,6 +154,8 @@ def _anything(segments: _Segments) -> Interval:
 
 def require_room(data: Data) -> None:
     """Refuse a frame for which support or ceiling leave no room, or are not known to, between two of its points.
+
+    Along diagonals it may not be known, for that is told of whole halves of squares, see `room_along_diagonals`.
 
     Parameters
     ----------
@@ -165,44 +168,86 @@ def require_room(data: Data) -> None:
     if not data.plan.on_lattice:
         return  # it is asked along the contour itself
     for surface, sign in data.surfaces:
-        name, field = ("support", surface) if sign > 0 else ("ceiling", -surface)
-        given = data.model.given.get(name), data.model.given.get("frame_height", 0.0)
-        if given[0] is given[1]:
-            continue
-        everywhere, frame = data.plan.points, data.plan.frame
-        sizes = [np.abs(field.values[everywhere]), np.abs(data.frame.values[frame])]
-        slip = _ROUNDING * max(float(size[np.isfinite(size)].max(initial=0.0)) for size in sizes)
-        slip += 2 * sum(_rounding_at_frame(data, each) for each in (field, data.frame))
-        for axis, edges in enumerate(_edges(data)):
-            segments = _segments(data, axis, edges)
-            pair = [_surface(data, *each, edges) for each in zip(given, (field, data.frame), strict=True)]
-            if any(isinstance(each, _Function) for each in pair):
-                _require_along(segments, pair[0], pair[1], sign, name, slip)
+        for step, _, open_parts in _not_known(data, surface, sign):
+            if open_parts.x.size and 0 in step:
+                x, y, name = open_parts.x[0], open_parts.y[0], _name(sign)
+                raise ValueError(
+                    f"the {name} is not known to leave room for the frame near x={x:g}, y={y:g}, between points of the "
+                    "lattice: declare smaller constants of the two, or move them apart"
+                )
+
+
+def room_along_diagonals(data: Data, surface: CellField, sign: float) -> Mask:
+    """Return in which squares that are halved support or ceiling are known to leave room for the frame.
+
+    Parameters
+    ----------
+    data : Data
+    surface : CellField
+    sign : float
+        One of the `Data.surfaces`.
+
+    Raises
+    ------
+    ValueError
+        If they leave none.
+    """
+    known = data.plan.halved.copy()
+    for (right, up), (first, _), open_parts in _not_known(data, surface, sign):
+        if right and up:
+            row, column = first[open_parts.edge].T
+            known[row, column - (right < 0)] = False
+    return known
+
+
+def _name(sign: float) -> str:
+    return "support" if sign > 0 else "ceiling"
+
+
+def _not_known(
+    data: Data, surface: CellField, sign: float
+) -> Iterator[tuple[tuple[int, int], tuple[_Places, _Places], _Segments]]:
+    """Yield edges of the frame by their direction, and the parts of them where a surface may lie beyond the frame."""
+    name, field = _name(sign), surface if sign > 0 else -surface
+    given = data.model.given.get(name), data.model.given.get("frame_height", 0.0)
+    if given[0] is given[1]:
+        return
+    everywhere, frame = data.plan.points, data.plan.frame
+    sizes = [np.abs(field.values[everywhere]), np.abs(data.frame.values[frame])]
+    slip = _ROUNDING * max(float(size[np.isfinite(size)].max(initial=0.0)) for size in sizes)
+    slip += 2 * sum(_rounding_at_frame(data, each) for each in (field, data.frame))
+    for step, edges in _edges(data):
+        segments = _segments(data, step, edges)
+        pair = [_surface(data, *each, edges) for each in zip(given, (field, data.frame), strict=True)]
+        if any(isinstance(each, _Function) for each in pair):
+            yield step, edges, _left_along(segments, pair[0], pair[1], sign, slip)
 
 
 def _rounding_at_frame(data: Data, field: CellField) -> float:
     """Return how far values of a field may be rounded at the frame: those of a roof that begins there, beyond it."""
-    beside = field.rounding[data.plan.frame_edges > 0]
+    beside = field.rounding[(data.plan.frame_edges > 0) | data.plan.halved]
     return float(beside[np.isfinite(beside)].max(initial=0.0))
 
 
-def _edges(data: Data) -> list[tuple[_Places, _Places]]:
-    """Return the places of both ends of the frame's edges along y, and of those along x, as rows of points."""
+def _edges(data: Data) -> Iterator[tuple[tuple[int, int], tuple[_Places, _Places]]]:
+    """Yield how far the frame's edges go along x and y, and the places of both ends of them, as rows of points."""
     plan = data.plan
-    frame, inside = plan.frame, np.pad(plan.squares & ~plan.halved, 1)
+    frame, inside = plan.frame, np.pad(plan.whole, 1)
     level = frame[:, :-1] & frame[:, 1:] & (inside[:-1, 1:-1] | inside[1:, 1:-1])
     upright = frame[:-1] & frame[1:] & (inside[1:-1, :-1] | inside[1:-1, 1:])
-    found = []
-    for where, step in ((upright, (1, 0)), (level, (0, 1))):
+    for where, (right, up) in ((upright, (0, 1)), (level, (1, 0))):
         first = np.argwhere(where)
-        found.append((first, first + step))
-    return found
+        yield (right, up), (first, first + np.array([up, right]))
+    for halves in plan.halves:
+        right, up = halves.step
+        first = np.column_stack([halves.row, halves.column + (right < 0)])
+        yield (right, up), (first, first + np.array([up, right]))
 
 
-def _segments(data: Data, axis: int, edges: tuple[_Places, _Places]) -> _Segments:
+def _segments(data: Data, step: tuple[int, int], edges: tuple[_Places, _Places]) -> _Segments:
     x, y = data.plan.lattice.ring_coordinates(edges[0][:, 0], edges[0][:, 1])
     count = len(edges[0])
-    return _Segments(axis, x, y, np.arange(count), np.zeros(count), np.ones(count), data.plan.spacing)
+    return _Segments(step, x, y, np.arange(count), np.zeros(count), np.ones(count), data.plan.spacing)
 
 
 def _surface(data: Data, given: Any, field: CellField, edges: tuple[_Places, _Places]) -> _Surface:
@@ -213,13 +258,17 @@ def _surface(data: Data, given: Any, field: CellField, edges: tuple[_Places, _Pl
     return _Chords((one, two))
 
 
-def _require_along(
-    segments: _Segments, surface: _Surface, frame: _Surface, sign: float, name: str, slip: float
-) -> None:
-    """Refuse segments on which a surface lies beyond the frame, or may do so however often they are halved."""
+def _left_along(segments: _Segments, surface: _Surface, frame: _Surface, sign: float, slip: float) -> _Segments:
+    """Return parts of segments on which a surface may lie beyond the frame however often they are halved.
+
+    Raises
+    ------
+    ValueError
+        If it does.
+    """
     for _ in range(_HALVINGS):
         if not segments.x.size:
-            return
+            break
         with np.errstate(invalid="ignore", over="ignore"):
             found = [
                 sign * (surface.at(x, y, segments.edge, part) - frame.at(x, y, segments.edge, part))
@@ -230,15 +279,11 @@ def _require_along(
             ranged = (sign * (surface.held(segments) - frame.held(segments))).lower
         for d, (x, y, _) in zip(found, segments.ends(), strict=True):
             if (d < -slip).any():
-                worst = int(np.argmin(d))
+                worst, name = int(np.argmin(d)), _name(sign)
                 raise ValueError(
                     f"the frame at x={x[worst]:g}, y={y[worst]:g} lies beyond the {name}, by {-d[worst]:.3g}: no "
                     f"membrane can be held there; the {name} must leave room for the frame, between points of the "
                     "lattice, too"
                 )
         segments = segments.halves(~(np.fmax(bent, ranged) >= -slip))
-    if segments.x.size:
-        raise ValueError(
-            f"the {name} is not known to leave room for the frame near x={segments.x[0]:g}, y={segments.y[0]:g}, "
-            "between points of the lattice: declare smaller constants of the two, or move them apart"
-        )
+    return segments

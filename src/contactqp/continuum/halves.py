@@ -1,4 +1,4 @@
-"""Fields on squares that slanted sides halve: what they are on the half, and along the diagonal.
+r"""Fields on squares that slanted sides halve: what they are on the half, and along the diagonal.
 
 A corner of such a square lies beyond the frame. A function is asked there as well. An array tells nothing of it, and is
 meant as linear on the half: with A the corner at the node, B and C those on the frame, the fourth value is taken as B +
@@ -7,6 +7,11 @@ taken, and where it belongs to the membrane its own value; the interpolant is th
 difference, for on the half the weight of the fourth corner, xy with x + y ≤ 1, is at most 1/4.
 
 On the diagonal, at the part t of the way, the bilinear interpolant is the chord's height and t(1 - t)(A - B - C + D).
+
+**Without D.** With x and y counted from the node along the legs, in units of them, the bilinear interpolant is the
+linear one of A, B and C, and (A - B - C + D)xy, where xy is between 0 and 1/4 on the half, and 1/16 in the mean over
+the quarter of the square at the node. By so much margins are changed that are to tell how far a field lies from the
+linear interpolant, see `about_halves`.
 """
 
 from __future__ import annotations
@@ -21,6 +26,7 @@ from ..geometry.numbering import Grid
 from ..plotting.of_squares import Halves
 from .cell_fields import CellField
 from .cells import Cells, Places
+from .plan import Plan
 
 _ROUNDING = 16 * UNIT_ROUNDOFF
 
@@ -56,6 +62,43 @@ def linear_on_halves(field: CellField, cells: Cells) -> CellField:
         kept[row, column] = on_half
         changed[name] = kept
     return replace(field, values=values, **changed)
+
+
+def about_halves(field: CellField, plan: Plan, *, linear: bool) -> CellField:
+    """Return a field that is told on halves by the linear interpolant, its values beyond the frame left aside.
+
+    Parameters
+    ----------
+    field : CellField
+    plan : Plan
+    linear : bool
+        Whether it is meant as that interpolant.
+    """
+    if not plan.halves:
+        return field
+    names = [f"{part}{side}" for part in ("", "mean_", "bent_") for side in ("below", "above")]
+    names += ["range_lower", "range_upper", "rounding"]
+    kept: dict[str, Any] = {name: np.array(np.broadcast_to(getattr(field, name), plan.squares.shape)) for name in names}
+    for halves in plan.halves:
+        place, three = halves.place, np.stack(halves.of(field.values))
+        if linear:
+            with np.errstate(invalid="ignore"):
+                least, most = three.min(axis=0), three.max(axis=0)
+            # Where a corner has no support, the half has none.
+            kept["range_lower"][place] = np.where(np.isposinf(most), most, least)
+            kept["range_upper"][place] = np.where(np.isneginf(least), least, most)
+            continue
+        far = plan.at_corner(field.values, halves.corner - 2)[place]
+        with np.errstate(invalid="ignore"):
+            twist = (three[0] + far) - (three[1] + three[2])
+            off = _ROUNDING * (np.abs(three).sum(axis=0) + np.abs(far))
+        for side, sign in (("below", -1.0), ("above", 1.0)):
+            most = np.maximum(sign * twist, 0.0) / 4
+            for name, change in ((side, most), (f"bent_{side}", most), (f"mean_{side}", sign * twist / 16)):
+                moved = kept[name][place] + change + off
+                kept[name][place] = np.where(np.isnan(moved), np.inf, moved)
+        kept["rounding"][place] += off
+    return replace(field, values=np.where(plan.points, field.values, 0.0), **kept)
 
 
 def away_from_chords(field: CellField, cells: Cells, linear: bool) -> tuple[Grid, Grid]:

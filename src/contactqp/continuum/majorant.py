@@ -1,4 +1,7 @@
-r"""Majorants: the parts of a bound of energies that follow from a trial function and a flux; see `energy`."""
+r"""Majorants: the parts of a bound of energies that follow from a trial function and a flux; see `energy`.
+
+Where the frame halves squares, see `majorant_on_halves`.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,15 @@ from ..geometry.numbering import Grid
 from .cell_fields import CellField
 from .data import Data, Surfaces, kept_at
 from .fluxes import Flux, flux_of
+from .majorant_on_halves import (
+    BENT,
+    BENT_SQUARED,
+    apart_on_halves,
+    mean_on_halves,
+    misfit_of_triangles,
+    stretch_of_triangles,
+    unevenness_of_triangles,
+)
 from .plan import CORNERS, Plan
 from .rounded import FEW, GROW, LESS_THAN_PI, rounded_up
 
@@ -48,19 +60,31 @@ def sides_of(parts: tuple[Grid, Grid], axis: int, corner: int) -> tuple[Grid, Gr
     return part[:, place : place + part.shape[1] - 1], part[:, 1 - place : part.shape[1] - place]
 
 
+def _sides_in(plan: Plan, parts: tuple[Grid, Grid], axis: int, corner: int) -> tuple[Grid, Grid]:
+    """Return the same, in a square that is halved along the side at its node twice: a linear function has one slope."""
+    near, far = sides_of(parts, axis, corner)
+    for halves in plan.halves:
+        if halves.corner == corner:
+            far = far.copy()
+            far[halves.place] = near[halves.place]
+    return near, far
+
+
 def stretch_of(data: Data, points: Grid) -> Stretch:
     """Return what the tension stores in the interpolant of values at the points."""
     plan = data.plan
     differences = differences_of(points)
     stored, error = np.zeros(plan.squares.shape), np.zeros(plan.squares.shape)
+    if plan.halves:
+        stored, error = stretch_of_triangles(data, points)
     for corner in range(4):
         for axis in (0, 1):
-            near, far = sides_of(differences, axis, corner)
+            near, far = _sides_in(plan, differences, axis, corner)
             tension = data.tensions(axis, corner)
             square = mean_square(near, far)
-            stored += tension.middle / 8 * square
+            stored += plan.quarters(corner, tension.middle / 8 * square)
             swing = np.abs(far - near) * np.maximum(np.abs(near), np.abs(far))
-            error += tension.mean_apart / 8 * square + tension.spread / 8 * swing
+            error += plan.quarters(corner, tension.mean_apart / 8 * square + tension.spread / 8 * swing)
     error = error * GROW + FEW * stored + UNDERFLOW
     total = 2 * sum_of_parts((stored + error)[plan.squares])
     if data.foundation is not None:
@@ -82,29 +106,39 @@ def mean_square(near: Grid, far: Grid) -> Grid:
 
 
 def mean_at_corners(plan: Plan, points: Grid) -> Grid:
-    """Return the mean of what points have at the corners of each square."""
-    return np.asarray(sum(plan.at_corner(points, corner) for corner in range(4))) / 4
+    """Return the mean of what points have at the corners of each square, half that of the three of a half."""
+    found = np.asarray(sum(plan.at_corner(points, corner) for corner in range(4))) / 4
+    mean_on_halves(plan, points, found)
+    return found
 
 
 def most_at_corners(plan: Plan, points: Grid) -> Grid:
     """Return the largest of what points have at the corners of each square."""
-    return np.asarray(np.maximum.reduce([plan.at_corner(points, corner) for corner in range(4)]))
+    return np.asarray(np.maximum.reduce(plan.at_corners(points)))
+
+
+def least_at_corners(plan: Plan, points: Grid) -> Grid:
+    """Return the least of what points have at the corners of each square."""
+    return np.asarray(np.minimum.reduce(plan.at_corners(points)))
 
 
 def apart_of(data: Data, points: Grid, share: float) -> Grid:
     """Return how far p - share k v lies from the interpolant of its values in each square, at most.
 
-    The product of two bilinear functions leaves its interpolant by ¼(|Δk||Δv|) in each direction at most.
+    The product of two bilinear functions leaves its interpolant by ¼(|Δk||Δv|) in each direction at most. On a half the
+    interpolant is the linear one.
     """
     plan, foundation = data.plan, data.foundation
     if foundation is None:
         return data.load.apart
     deep = most_at_corners(plan, np.abs(points))
-    product = foundation.apart * deep
+    product = np.zeros(deep.shape)
     for stiff, high in zip(differences_of(foundation.values), differences_of(np.asarray(points)), strict=True):
         axis = 1 if stiff.shape[1] < foundation.values.shape[1] else 0
         pairs = [sides_of((each, each), axis, 0) for each in (np.abs(stiff), np.abs(high))]
         product = product + np.maximum(*pairs[0]) * np.maximum(*pairs[1]) / 4
+    apart_on_halves(plan, foundation.values, points, product)
+    product = product + foundation.apart * deep
     rounding = FEW * most_at_corners(plan, np.abs(data.load.values) + np.abs(foundation.values * points))
     beside = most_of_foundation(data) * leaves_of(data)
     return np.asarray((data.load.apart + share * product + rounding + beside) * GROW)
@@ -112,7 +146,8 @@ def apart_of(data: Data, points: Grid, share: float) -> Grid:
 
 def leaves_of(data: Data) -> Grid:
     """Return how far v lies from its interpolant beside the frame at most."""
-    return np.asarray(data.bend_of_frame * data.plan.frame_edges * data.plan.spacing**2 / 8 * GROW)
+    plan = data.plan
+    return np.asarray(data.bend_of_frame * np.where(plan.halved, 2, plan.frame_edges) * plan.spacing**2 / 8 * GROW)
 
 
 class Costs(NamedTuple):
@@ -214,17 +249,20 @@ def _slack(data: Data, force: Grid, apart: Grid, left: Grid, flux: Flux) -> floa
             ends = bowed[0] * (1 - 2 * right), bowed[1] * (1 - 2 * down)
             uneven = _swing(parts, ends, apart) / 4
             plan.at_corner(wide, corner)[...] += uneven
-            of_frame = plan.squares & plan.at_corner(plan.frame, corner)
+            of_frame = plan.whole & plan.at_corner(plan.frame, corner)
             between_nodes = kept_at(plan, plan.nodes, corner, 1) & kept_at(plan, plan.nodes, corner, 2)
+            beside_half = between_nodes & plan.beside_halves(corner)
             swing += square * float(uneven[of_frame & ~between_nodes].sum()) * GROW
-            loose += square * float(uneven[of_frame & between_nodes].sum()) * GROW
+            swing += square * float(uneven[of_frame & beside_half].sum()) * (4 * GROW)
+            loose += square * float(uneven[of_frame & between_nodes & ~beside_half].sum()) * GROW
+        swing += 4 * unevenness_of_triangles(plan, force, apart) * GROW
         drift = np.where(plan.nodes, np.maximum(np.abs(least), np.abs(most)), 0.0)
         swing = swing + square * float(np.where(plan.nodes, wide, 0.0).sum()) * GROW
     loose += sum_of_parts(((left + square * drift) ** 2 / square)[plan.nodes])
-    width, height = plan.sides
+    (width, height), turned = plan.sides, plan.slanted_sides
     along_x, along_y = data.least_tension
-    stiff = along_x / width**2 + along_y / height**2
     least_tension = min(along_x, along_y)
+    stiff = max(along_x / width**2 + along_y / height**2, least_tension * (1 / turned[0] ** 2 + 1 / turned[1] ** 2))
     inner = plan.spacing * math.sqrt(swing / least_tension) / LESS_THAN_PI
     return rounded_up(math.sqrt(loose / stiff) / LESS_THAN_PI + inner * (1 + gamma(plan.nodes.size)))
 
@@ -260,10 +298,10 @@ def misfit_in_squares(data: Data, points: Grid, flux: Flux) -> Grid:
     """
     plan = data.plan
     differences = differences_of(points)
-    misfit, swing = np.zeros(plan.squares.shape), np.zeros(plan.squares.shape)
+    misfit, swing = misfit_of_triangles(data, points, flux)
     for corner in range(4):
         for axis in (1, 0):
-            near, far = sides_of(differences, axis, corner)
+            near, far = _sides_in(plan, differences, axis, corner)
             through, at_line = flux.in_quarters(axis, corner)
             bow = plan.at_corner(flux.bow[1 - axis], corner)
             tension = data.tensions(axis, corner)
@@ -272,8 +310,8 @@ def misfit_in_squares(data: Data, points: Grid, flux: Flux) -> Grid:
             sizes = tension.middle * (np.abs(near) + np.abs(far)) + np.abs(through) + np.abs(at_line) + np.abs(bow)
             square = (np.abs(stretch - middle) + FEW * sizes) ** 2
             square += ((np.abs(change) + FEW * sizes) ** 2 + (np.abs(turn) + FEW * sizes) ** 2) / 12 + bow**2 / 180
-            misfit += square / (4 * tension.least)
-            swing += tension.spread**2 / (4 * tension.least) * mean_square(near, far)
+            misfit += plan.quarters(corner, square / (4 * tension.least))
+            swing += plan.quarters(corner, tension.spread**2 / (4 * tension.least) * mean_square(near, far))
     norms = np.sqrt(misfit) + np.sqrt(swing) if swing.any() else np.sqrt(misfit)
     return np.where(plan.squares, norms, 0.0)
 
@@ -295,14 +333,17 @@ def rim_in_squares(data: Data) -> Grid:
             most = np.maximum(most, tension.middle + tension.spread)
     square = plan.spacing**2
     share = most * (1 / (3 * LESS_THAN_PI**2) + 1 / LESS_THAN_PI**4)
+    on_halves = most * BENT
     if data.foundation is not None:
         share = share + most_of_foundation(data) * square / (3 * LESS_THAN_PI**4)
-    return np.where(plan.squares, np.sqrt(share) * (plan.frame_edges * bend * square), 0.0)
+        on_halves = on_halves + most_of_foundation(data) * square * BENT_SQUARED
+    found = np.where(plan.halved, np.sqrt(on_halves), np.sqrt(share) * plan.frame_edges) * (bend * square)
+    return np.where(plan.squares, found, 0.0)
 
 
 def at_any_corner(plan: Plan, points: Mask) -> Mask:
     """Return which squares have one of some points at a corner."""
-    return np.asarray(np.logical_or.reduce([plan.at_corner(points, k) for k in range(4)]))
+    return np.asarray(np.logical_or.reduce(plan.at_corners(points)))
 
 
 def stays_above(data: Data, surface: CellField) -> Mask:
@@ -319,5 +360,5 @@ def most_in_squares(plan: Plan, squares: Grid) -> Grid:
     found = np.zeros(plan.nodes.shape)
     for corner in range(4):
         at = plan.at_corner(found, corner)
-        np.maximum(at, np.where(plan.squares, squares, 0.0), out=at)
+        np.maximum(at, np.where(plan.having(corner), squares, 0.0), out=at)
     return found

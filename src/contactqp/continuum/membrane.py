@@ -93,6 +93,7 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
     ValueError
         See `contactqp.continuum.posed.posed_of`.
     """
+    data = data.of_whole_squares
     numbering = data.plan.lattice.numbering
 
     def resolved(change: Grid) -> Grid:

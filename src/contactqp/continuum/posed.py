@@ -90,6 +90,7 @@ def posed_of(data: Data, *, plainly: bool = False) -> Posed:
         If it is not one over one support, of constant tension, on a frame along lines of the lattice, or a convex one
         along diagonals of its squares as well.
     """
+    data = data.of_whole_squares
     _refuse(data)
     frame = _frame_of(data, plainly=plainly)
     cells = frame.cells
@@ -131,10 +132,10 @@ def _refuse(data: Data) -> None:
         unfit = "a ceiling"
     elif data.foundation is not None:
         unfit = "an elastic foundation"
-    elif not np.isfinite(data.support.values[data.plan.points]).all():
+    elif not np.isfinite(data.support.values[data.plan.asked]).all():
         unfit = "parts without a support"
     if unfit:
-        other = "" if data.plan.halved.any() else "; effort='energy' does"
+        other = "; effort='energy' does" if data.plan.on_lattice else ""
         raise ValueError(
             f"{model!r}: effort='pointwise' encloses a membrane of one tension over one support, not one with {unfit}"
             f"{other}"

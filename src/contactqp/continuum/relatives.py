@@ -31,20 +31,7 @@ def finer(model: ContactModel) -> Membrane:
         If the model is no membrane whose frame runs along lines of its lattice, or diagonals of its squares.
     """
     data = _data_of(model)
-    plan = data.plan
-    halved = np.nonzero(plan.halved)
-
-    def carry(points: Grid) -> Grid:
-        found = prolonged(points)
-        if halved[0].size:
-            # The middle of a square that is halved lies on the frame, between the two corners that do.
-            corners = np.stack([plan.at_corner(points, corner)[halved] for corner in range(4)])
-            ends = np.stack([plan.at_corner(plan.nodes, (corner + 1) % 4)[halved] for corner in range(4)])
-            ends |= np.roll(ends, 2, axis=0)
-            found[1::2, 1::2][halved] = np.where(ends, corners, 0.0).sum(axis=0) / 2
-        return found
-
-    return _made(data, _refined(plan), plan.spacing / 2, (0, 0), carry)
+    return _made(data, _refined(data.plan), data.plan.spacing / 2, (0, 0), partial(prolonged_in, data.plan))
 
 
 def coarser(model: ContactModel) -> Membrane | None:
@@ -113,6 +100,16 @@ def prolonged(points: Grid) -> Grid:
         finer_points[1::2] = (points[1:] + points[:-1]) / 2
         points = np.moveaxis(finer_points, 0, axis)
     return points
+
+
+def prolonged_in(plan: Plan, points: Grid) -> Grid:
+    """Return the interpolant of values at the points of a plan likewise; on halves of squares it is linear."""
+    found = prolonged(points)
+    for halves in plan.halves:
+        # The middle of a square that is halved lies on the frame, between the two corners that do.
+        _, at_b, at_c = halves.of(points)
+        found[1::2, 1::2][halves.place] = (at_b + at_c) / 2
+    return found
 
 
 def place_in(fine: Lattice, coarse: Lattice) -> tuple[int, int]:

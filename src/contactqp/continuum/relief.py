@@ -52,8 +52,10 @@ from .majorant import (
     at_any_corner,
     balanced_flux,
     costs_of,
+    least_at_corners,
     leaves_of,
     misfit_in_squares,
+    most_at_corners,
     most_of_foundation,
     norm_over,
     stays_above,
@@ -151,22 +153,20 @@ def _relief(data: Data, surface: CellField, sign: float, points: Grid) -> Relief
     """Return ψ near a surface, None if there is none that is known to be admissible."""
     plan = data.plan
     gap = np.where(plan.points, surface.values - sign * points, np.inf)
-    least = np.minimum.reduce([plan.at_corner(gap, k) for k in range(4)]) * (1 - FEW)
+    least = least_at_corners(plan, gap) * (1 - FEW)
     leaves = leaves_of(data)
     touching = plan.nodes & (gap <= 0)
     flagged = plan.squares & ((least < surface.below) | at_any_corner(plan, touching))
     open_frame = np.where(plan.frame, gap, np.inf) * (1 - FEW)
-    beside = np.minimum.reduce([plan.at_corner(open_frame, k) for k in range(4)])
+    beside = least_at_corners(plan, open_frame)
     bends = data.bends_of(surface, sign)
     whole = np.isfinite(surface.below) & np.isfinite(surface.above)
     share, close = _shares(data, surface, gap, flagged), plan.squares & (beside < surface.below + leaves)
     closed = close & (~stays_above(data, surface) | (at_any_corner(plan, share > 0) & (surface.apart > 0)))
-    if bends is None or (flagged & ~whole).any() or closed.any():
-        return None
     some = plan.squares & at_any_corner(plan, share > 0)
-    most, fewest = (
-        extreme.reduce([plan.at_corner(share, k) for k in range(4)]) for extreme in (np.maximum, np.minimum)
-    )
+    if bends is None or (flagged & ~whole).any() or closed.any() or (some & plan.halved).any():
+        return None
+    most, fewest = most_at_corners(plan, share), least_at_corners(plan, share)
     apart, turns = np.where(some, most * surface.apart, 0.0), most - fewest
     area = plan.spacing**2
     squares = np.zeros(some.shape)

@@ -65,10 +65,11 @@ class Continuum:
         Of the membrane's potential energy ∫ ½T|∇w|² + ½kw² - pw (force times length), of depths w, positive downwards.
     energy_error : float
         Bound of the energy norm, (∫ T|∇u|² + ku²)^½, of u = Iw - w*: how far the bilinear interpolant of the answer is
-        from the membrane (square root of force times length). Infinite, as the bracket of the energy and the contact
-        error are, where the frame has slanted sides: nothing is proven of these there.
+        from the membrane (square root of force times length). Where the frame halves squares along diagonals, the
+        interpolant is linear on the halves. Infinite, as the bracket of the energy and the contact error are, where
+        support and ceiling are not known to leave room for an interpolant at the frame.
     energy_norm : float
-        Energy norm of the interpolant itself, which the error is to be compared with; nan where that is infinite.
+        Energy norm of the interpolant itself, which the error is to be compared with.
     contact_error : float
         Bound of ∫R*(f - v), the work of the membrane's reaction on what is left of a gap where it touches (force times
         length); v is the interpolant, lowered where it would cross a curved support between the nodes.

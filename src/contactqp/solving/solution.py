@@ -718,8 +718,8 @@ class Solution:
 
         The certificate tells how far an answer is from the solution of the *lattice's* equations. This tells how far it
         is from the membrane that the lattice stands for: without unknown constants, with all rounding, and for any
-        answer of any backend. The frame must run along lines of the lattice; pointwise, if it is convex, also along
-        diagonals of its squares.
+        answer of any backend. The frame must run along lines of the lattice, or diagonals of its squares; in the latter
+        case it must be convex for pointwise bounds.
 
         Parameters
         ----------
@@ -741,9 +741,9 @@ class Solution:
         TypeError
             If it is not a model whose membrane can be enclosed.
         ValueError
-            If ``effort`` is unknown, the answer is not finite, the lattice's frame does not run along its lines,
-            support and ceiling leave no room for the frame, or are not known to, between points of the lattice, a
-            foundation is negative there, or the units are such that energies are no doubles.
+            If ``effort`` is unknown, the answer is not finite, the lattice's frame does not run along its lines or
+            diagonals of its squares, support and ceiling leave no room for the frame, or are not known to, between
+            points of the lattice, a foundation is negative there, or the units are such that energies are no doubles.
 
         Examples
         --------
@@ -797,9 +797,8 @@ class Solution:
         AttributeError
             If there is no model, as of a bare problem.
         TypeError, ValueError
-            If ``effort`` is unknown, it is no membrane whose frame runs along lines of the lattice, or, for the
-            pointwise estimate, along diagonals of its squares, and, for the energy norm, along lines of one of twice
-            the spacing; or the answer is not finite.
+            If ``effort`` is unknown, it is no membrane whose frame runs along lines of the lattice, or diagonals of its
+            squares, and, for the energy norm, of those of one of twice the spacing; or the answer is not finite.
         """
         one_of(effort, ("energy", "pointwise"), "effort")
         model = self._physical("discretisation_estimate")
