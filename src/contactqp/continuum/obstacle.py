@@ -13,6 +13,7 @@ from ..geometry.numbering import Grid
 from .cells import Cells, at_corners, extreme_at_corners
 from .ghosts import Continuation
 from .splines import CellRanges, at_points, excess_along_rim, ranges_on_cells
+from .windows import Window, windows_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +69,11 @@ class ObstacleProblem:
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} must have the shape {shape} of the points, got {getattr(self, name).shape}")
         object.__setattr__(self, "continuation", Continuation(self.cells))
+
+    @cached_property
+    def windows(self) -> tuple[Window, ...]:
+        """The windows about corners that point inwards, in which coefficients are chosen by linear programs."""
+        return windows_of(self.cells)
 
     @property
     def wanted(self) -> Grid:

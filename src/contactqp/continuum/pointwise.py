@@ -10,9 +10,10 @@ loads that are solved for are no part of the proof: it is that of the spline tha
 At a corner between a straight and a slanted side, at 135°, second derivatives of the membrane have no bound: what is
 missed there is paid by loads that grow as the cells shrink, on fewer and fewer nodes, in more rounds.
 
-At a corner that points inwards the membrane is singular. There the spline's coefficients are moved to its own side of
-the frame's height, and for a lower bound to where a membrane without a frame were in balance; the loads do the rest, in
-more rounds.
+At a corner that points inwards the membrane is singular. There the spline's coefficients are chosen by linear programs
+(see `contactqp.continuum.inward`). Of so many such corners that these would take too long, coefficients are moved to
+their own side of the frame's height, and for a lower bound to where a membrane without a frame were in balance; the
+loads do the rest, in more rounds.
 
 For an upper bound the spline's coefficients are the answer's values themselves, so that it is nowhere below zero; for a
 lower one they are those less a sixth of their second differences, whose spline is nearer to the values.
@@ -29,6 +30,7 @@ import numpy as np
 from ..geometry.numbering import Grid
 from .barriers import Barrier, subsolution, supersolution
 from .cells import at_corners, largest_at_corners
+from .inward import mended_at_corners
 from .obstacle import ObstacleProblem
 
 Resolve: TypeAlias = Callable[[Grid], Grid]
@@ -122,7 +124,8 @@ def upper_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
     if problem.kinks is not None:
         # There the floor's kink is left to the floor, and the deflection is the spline of its values.
         values = values + problem.kinks
-    return supersolution(problem, _held_at_rim(problem, problem.continuation(values, bend, "less"), 1))
+    held = _held_at_rim(problem, problem.continuation(values, bend, "less"), 1)
+    return supersolution(problem, mended_at_corners(problem, held, 1))
 
 
 def lower_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
@@ -132,17 +135,24 @@ def lower_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
     inner = values[1:-1, 1:-1]
     around = (values[:-2, 1:-1] + values[2:, 1:-1]) + (values[1:-1, :-2] + values[1:-1, 2:])
     quasi = problem.continuation(_eased(problem, inner - (around - 4.0 * inner) / 6.0, bend), bend, "more")
-    return subsolution(problem, _held_at_rim(problem, quasi, -1))
+    held = _held_at_rim(problem, quasi, -1)
+    return subsolution(problem, mended_at_corners(problem, held, -1, _NEAR * problem.largest_bend))
 
 
 def _eased(problem: ObstacleProblem, values: Grid, bend: Grid) -> Grid:
-    """Return values at the points, lowered at corners that point inwards to where a membrane were in balance there."""
+    """Return values at the points, lowered at corners that point inwards to where a membrane were in balance there.
+
+    Of a corner with a neighbour beyond the frame this says nothing, and where there are windows it is left to them.
+    """
     row, column = problem.cells.inward_corners
-    if not row.size:
+    if problem.windows or not row.size:
         return values
-    around = values[row - 1, column] + values[row + 1, column] + values[row, column - 1] + values[row, column + 1]
+    neighbours = (row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)
+    around = sum(values[place] for place in neighbours)
+    known = np.logical_and.reduce([problem.cells.closure[place] for place in neighbours])
     eased = values.copy()
-    eased[row, column] = np.minimum(values[row, column], (around - bend[row, column]) / 4.0)
+    lowered = np.minimum(values[row, column], (around - bend[row, column]) / 4.0)
+    eased[row, column] = np.where(known, lowered, values[row, column])
     return eased
 
 
@@ -180,20 +190,28 @@ def _sharpened(
     # At a corner that points inwards much is missed at first, so that the best bound long remains that of nothing.
     patience = 1 if problem.cells.rectangular else _PATIENCE
     load = np.array(problem.wanted)
-    latest = best = bound_from(problem, gap, load)
-    least, before = _distance(best, gap), None
+    best = bound_from(problem, gap, load)
+    least = _distance(best, gap)
+    state: tuple[Grid, Barrier, Grid | None] = (load, best, None)
+    share = 1.0
     for done in range(rounds):
+        load, latest, before = state
         missed = largest_at_corners(_to_be_paid(latest, spared))
         if not np.isfinite(missed).all() or problem.largest_height * missed.max() <= _SPENT * least:
             return best, done
-        load = load - latest.side * (_over(latest, missed, before) * missed)
-        latest, before = bound_from(problem, resolve(load - problem.wanted), load), missed
+        load = load - latest.side * (share * _over(latest, missed, before) * missed)
+        latest = bound_from(problem, resolve(load - problem.wanted), load)
         distance = _distance(latest, gap)
         improved, worth = distance < least, distance <= _WORTH * least
         if improved:
             best, least = latest, distance
         if done >= patience and not worth:
             return best, done + 1
+        if improved or latest.side < 0:
+            state, share = (load, latest, missed), 1.0
+        else:
+            # Where a support hardly presses, a membrane that is raised at its edge leaves it ever farther.
+            share /= 2.0
     return best, rounds
 
 

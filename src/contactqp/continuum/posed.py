@@ -81,16 +81,11 @@ def posed_of(data: Data) -> Posed:
     Raises
     ------
     ValueError
-        If it is not one over one support, of constant tension, on a frame along lines of the lattice, or a convex one
-        along diagonals of its squares as well.
+        If it is not one over one support, of constant tension, on a frame along lines of the lattice and diagonals of
+        its squares.
     """
     _refuse(data)
     cells = Cells(data.model.lattice.mask, data.model.lattice.spacing, data.model.lattice.halved)
-    if cells.cut.any() and not cells.convex:
-        raise ValueError(
-            f"{data.model!r}: of frames with sides along diagonals effort='pointwise' encloses convex ones, and this "
-            "has corners that point inwards, or several parts"
-        )
     tension = float(data.model.tension)
     laplacian = _laplacian(data)
     sizes = float(np.abs(data.support.values).max(where=cells.corners, initial=0.0))
