@@ -77,8 +77,8 @@ class Data:
         if lattice.overshoot or (lattice.slanted and lattice.halved is None):
             how = "lies beside the lattice's points" if lattice.overshoot else "has slanted sides that cut squares"
             raise ValueError(
-                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice, or a convex "
-                "one along diagonals of its squares with corners of 90° and more, can be enclosed; take "
+                f"{lattice!r}: its contour {how}, and only a frame that runs along lines of the lattice, or along "
+                "diagonals of its squares as well with corners of 90° and more, can be enclosed; take "
                 "Lattice.from_mask(lattice.mask, lattice.spacing, lattice.origin), another membrane, whose frame goes "
                 "in steps"
             )

@@ -718,7 +718,7 @@ class Solution:
 
         The certificate tells how far an answer is from the solution of the *lattice's* equations. This tells how far it
         is from the membrane that the lattice stands for: without unknown constants, with all rounding, and for any
-        answer of any backend. The frame must run along lines of the lattice; pointwise, if it is convex, also along
+        answer of any backend. The frame must run along lines of the lattice; pointwise, it may also run along
         diagonals of its squares.
 
         Parameters
