@@ -2,10 +2,14 @@
 
     contactqp bench run benchmarks/continuum.py continuum       # up to 512² squares
     contactqp bench run benchmarks/continuum.py continuum --largest 128
+    contactqp bench run benchmarks/continuum.py corners         # those that point inwards
     contactqp bench run benchmarks/continuum.py rectangles --points 0,1,2,3
 
 ``continuum``: a flat floor below a unit square, T = p = 1, depth 0.03. The true error of the lattice's answer is taken
 against a lattice of 1024² squares. Ratios are over a cold solve by multigrid to 1e-6 on the same lattice.
+
+``corners``: a flat floor below frames in a unit square with a corner that points inwards, T = p = 1, depth 0.015. The
+true error is taken against a lattice of 512² squares, whose own error at the corner is not small beside it.
 
 ``rectangles``: a thousand random rectangles, each enclosed on a lattice of 2 to 16 squares along a side and on one that
 is 8 times as fine, with random loads, supports, frames, tensions, ceilings and foundations. Either enclosure is of the
@@ -101,6 +105,53 @@ def facts(case: Answered, found: object) -> dict[str, float | str]:
     }
 
 
+CORNERS = {
+    "225°": [(0, 0), (1, 0), (1, 1 / 4), (1 / 2, 3 / 4), (1 / 2, 1), (0, 1)],
+    "270°": [(0, 0), (1, 0), (1, 1 / 2), (1 / 2, 1 / 2), (1 / 2, 1), (0, 1)],
+    "270°, turned": [(0, 0), (1, 0), (1, 1), (3 / 4, 1), (1 / 2, 3 / 4), (1 / 4, 1), (0, 1)],
+    "315°": [(0, 0), (1, 0), (1, 1), (7 / 8, 1), (1 / 2, 5 / 8), (1 / 2, 1), (0, 1)],
+}
+
+FINEST_CORNERED = 512
+
+
+def with_corner(name: str, squares: int) -> cq.Membrane:
+    """Return a membrane in a frame with one of the corners, on a lattice of so many squares along a side."""
+    lattice = cq.Frame.polygon(CORNERS[name]).lattice(1 / squares)
+    return cq.Membrane(lattice, tension=1.0, load=1.0, support=0.015)
+
+
+@cache
+def finest_with_corner(name: str) -> Answered:
+    """Return the finest lattice's answer."""
+    membrane = with_corner(name, FINEST_CORNERED)
+    solution = answer(membrane)
+    return Answered(membrane, solution, solution.gap)
+
+
+def answered_with_corner(point: str) -> Answered:
+    """Return the case of a corner and of so many squares along a side, both told in a line."""
+    name, squares = point.rsplit(" ", 1)
+    membrane, finest = with_corner(name, int(squares)), finest_with_corner(name)
+    return Answered(membrane, answer(membrane), at_nodes_of(membrane, finest.membrane, finest.solution.gap))
+
+
+def facts_with_corner(case: Answered, found: object) -> dict[str, float | str]:
+    """Return how far the bounds are from the answer, at most and in the mean, and the true error."""
+    assert isinstance(found, MembraneBounds)
+    gap, exact = case.solution.gap, case.exact
+    above, below = found.gap_upper - gap, gap - found.gap_lower
+    return {
+        "true error": float(np.abs(gap - exact).max()),
+        "above": float(above.max()),
+        "above in the mean": float(above.mean()),
+        "below": float(below.max()),
+        "below in the mean": float(below.mean()),
+        "undecided": found.part_undecided,
+        "rounds": f"{found.rounds[0]}, {found.rounds[1]}",
+    }
+
+
 RECTANGLES = 1000
 
 KNOWN_WELL = 0.2
@@ -156,6 +207,15 @@ SPECS = (
         },
         point="squares along a side",
         tell=facts,
+    ),
+    Spec(
+        "corners",
+        "membranes in frames with a corner that points inwards, enclosed at every point",
+        answered_with_corner,
+        tuple(f"{name} {squares}" for name in CORNERS for squares in (16, 32, 64, 128, 256)),
+        {"pointwise": lambda case: case.enclosed()},
+        point="corner and squares along a side",
+        tell=facts_with_corner,
     ),
     Spec(
         "rectangles",

@@ -11,9 +11,27 @@ HEXAGON = [(32, 0), (8, 24), (-8, 24), (-32, 0), (-8, -24), (8, -24)]
 DIAMOND = [(32, 0), (0, 32), (-32, 0), (0, -32)]
 PENTAGON = [(-32, -24), (32, -24), (32, 0), (8, 24), (-32, 24)]
 
+TURNED = [(-32, -32), (0, -64), (32, -32), (16, -16), (0, -32), (-16, -16)]  # its inner corner is one of 270°
+NOTCH = [(-32, -32), (32, -32), (32, 32), (16, 32), (0, 16), (-16, 32), (-32, 32)]
+FILLET = [(-32, -32), (32, -32), (32, 0), (16, 0), (0, 16), (0, 32), (-32, 32)]  # of 225°, twice
+SLIT = [(-32, -32), (32, -32), (32, 32), (24, 32), (0, 8), (0, 32), (-32, 32)]  # of 315°
+CUT = [(-32, -32), (32, -32), (32, -8), (24, 0), (0, 0), (0, 32), (-24, 32), (-32, 24)]  # of 270° along lines
+SQUARE, HOLE = [(-32, -32), (32, -32), (32, 32), (-32, 32)], [(16, 0), (0, 16), (-16, 0), (0, -16)]
+PARTS = [(-32, -32), (-8, -32), (0, -24), (0, -8), (-32, -8)], [(8, 8), (32, 8), (32, 32), (16, 32), (8, 24)]
+INWARD = {
+    "turned": cq.Frame.polygon(TURNED),
+    "notch": cq.Frame.polygon(NOTCH),
+    "fillet": cq.Frame.polygon(FILLET),
+    "slit": cq.Frame.polygon(SLIT),
+    "cut": cq.Frame.polygon(CUT),
+    "hole": cq.Frame.polygon(SQUARE, [HOLE]),
+    "parts": cq.Frame.polygon(PARTS[0]) | cq.Frame.polygon(PARTS[1]),
+}
+
 
 def membrane(corners, spacing, support=1.25, **changes):
-    lattice = cq.Frame.polygon(corners).lattice(spacing)
+    frame = corners if isinstance(corners, cq.Frame) else cq.Frame.polygon(corners)
+    lattice = frame.lattice(spacing)
     return cq.Membrane(lattice, **({"tension": 1.0, "load": 0.03, "support": support} | changes))
 
 
@@ -61,6 +79,79 @@ def test_finer_lattices_enclose_the_same_membrane(corners, name):
     assert coarse.proven
     assert_overlap(coarse, fine)
     assert fine.error_bound < 0.6 * coarse.error_bound
+
+
+@pytest.mark.parametrize("frame", INWARD.values(), ids=INWARD)
+@pytest.mark.parametrize("name", sorted(SUPPORTS))
+def test_corners_that_point_inwards_and_several_parts_are_enclosed(frame, name):
+    coarse, fine = (enclosed(membrane(frame, spacing, SUPPORTS[name])) for spacing in (2.0, 1.0))
+    assert coarse.proven
+    assert_overlap(coarse, fine)
+    widths = [found.pointwise.upper - found.pointwise.lower for found in (coarse, fine)]
+    assert widths[1].mean() < (0.9 if name == "kinks" else 0.5) * widths[0].mean()
+
+
+@pytest.mark.parametrize("frame", INWARD.values(), ids=INWARD)
+def test_bounds_close_as_fast_as_the_corner_lets_them(frame):
+    """The membrane falls from the frame as r^α, with α = 4/5 at 225°, 2/3 at 270° and 4/7 at 315°."""
+    found = [membrane(frame, spacing) for spacing in (2.0, 1.0, 0.5)]
+    widths = []
+    for model in found:
+        solution = cq.solve(model, tol=1e-9)
+        bounds = solution.continuum("pointwise")
+        widths.append([(bounds.upper - solution.deflection).max(), (solution.deflection - bounds.lower).max()])
+        widths[-1].append((bounds.upper - bounds.lower).mean())
+    orders = np.log(np.divide(widths[0], widths[2])) / np.log(4)
+    assert orders[0] > 0.3
+    assert orders[1] > 0.3
+    assert orders[2] > 1.3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("frame", INWARD.values(), ids=INWARD)
+@pytest.mark.parametrize("name", ["floor", "kinks"])
+def test_much_finer_lattices_enclose_the_same_corners(frame, name):
+    found = [enclosed(membrane(frame, spacing, SUPPORTS[name])) for spacing in (4.0, 2.0, 1.0, 0.5, 0.25)]
+    for k, coarse in enumerate(found):
+        for fine in found[k + 1 :]:
+            assert_overlap(coarse, fine)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+def test_crosses_of_any_sides_under_smooth_loads(seed):
+    """Corners of a rectangle are cut out, along lines or slanted, so that all kinds of corners come of it."""
+    rng = np.random.default_rng(100 + seed)
+    width, height = 8.0 * rng.integers(3, 5, 2)
+    corners = []
+    for quarter, (x, y) in enumerate([(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)]):
+        right, up = (1, -1)[quarter in (1, 2)], (1, -1)[quarter > 1]
+        depth, kind = 4.0, rng.integers(3)
+        first, last = (x, y + 2 * depth * up), (x + 2 * depth * right, y)
+        if kind == 0:
+            cut = [(x, y + depth * up), (x + depth * right, y)]
+        elif kind == 1:
+            cut = [first, (x + 2 * depth * right, y + 2 * depth * up), last]
+        else:
+            cut = [first, (x + depth * right, y + 2 * depth * up), (x + 2 * depth * right, y + depth * up), last]
+        corners += cut if quarter % 2 == 0 else cut[::-1]
+    wave = rng.uniform(0.05, 0.5, 2)
+    load = cq.Smooth(
+        lambda x, y: 0.3 + 0.2 * np.sin(wave[0] * x) * np.cos(wave[1] * y), second_derivative=0.2 * wave.sum() ** 2
+    )
+    frame, floor = Plane(0.0, *rng.uniform(-0.02, 0.02, 2)), 2.0 + rng.uniform()
+    coarse, fine = (
+        enclosed(membrane(corners, spacing, floor, load=load, frame_height=frame)) for spacing in (1.0, 0.25)
+    )
+    assert_overlap(coarse, fine)
+    widths = [found.pointwise.upper - found.pointwise.lower for found in (coarse, fine)]
+    assert widths[1].mean() < 0.5 * widths[0].mean()
+
+
+def test_bounds_over_weak_supports_do_not_run_away():
+    """Where the floor hardly presses, an upper bound that is raised at its edge could leave it ever farther."""
+    solution = cq.solve(membrane(INWARD["parts"], 0.5, HillAndFloor()), tol=1e-9)
+    assert (solution.deflection - solution.continuum("pointwise").lower).max() < 0.5
 
 
 @pytest.mark.parametrize("corners", [HEXAGON, DIAMOND, PENTAGON], ids=["hexagon", "diamond", "pentagon"])
@@ -174,10 +265,6 @@ def test_solve_to_halves_the_spacing_of_a_hexagon():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (
-            lambda: membrane([(0, 0), (8, 0), (8, 8), (6, 8), (4, 6), (2, 8), (0, 8)], 1.0),
-            "encloses convex ones, and this has corners that point inwards",
-        ),
         (lambda: membrane([(0, 0), (8, 0), (8, 4), (0, 8)], 1.0), "and only a frame that runs along lines"),
         (lambda: membrane([(0, 0), (8, 0), (0, 8)], 1.0), "cut squares, .* with corners of 90° and more"),
         (
@@ -220,7 +307,11 @@ def test_files_keep_which_squares_are_halved(tmp_path):
     np.testing.assert_array_equal(again.continuum("pointwise").lower, solution.continuum("pointwise").lower)
 
 
-@pytest.mark.parametrize("corners", [HEXAGON, DIAMOND, PENTAGON], ids=["hexagon", "diamond", "pentagon"])
+@pytest.mark.parametrize(
+    "corners",
+    [HEXAGON, DIAMOND, PENTAGON, NOTCH, SLIT, INWARD["hole"]],
+    ids=["hexagon", "diamond", "pentagon", "notch", "slit", "hole"],
+)
 def test_relatives_have_the_same_frame(corners):
     models = [membrane(corners, spacing, HillAndFloor()) for spacing in (4.0, 2.0)]
     for made, wanted in ((finer(models[0]), models[1]), (coarser(models[1]), models[0])):

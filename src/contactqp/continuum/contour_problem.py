@@ -29,6 +29,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -45,6 +46,7 @@ from .corner_functions import CornerFunction
 from .ghosts import about
 from .obstacle import ObstacleProblem, Resolve
 from .splines import CellRanges, ranges_on_cells
+from .windows import Window
 
 _ERROR = gamma(64)
 
@@ -78,6 +80,8 @@ class ContourProblem(ObstacleProblem):
     springs: Grid = None  # type: ignore[assignment]
     background: Background = None  # type: ignore[assignment]
 
+    near: ClassVar[float] = 1.5
+
     def __post_init__(self) -> None:
         pass  # the frame has no edges between points, by which a lattice's problem is continued
 
@@ -85,6 +89,11 @@ class ContourProblem(ObstacleProblem):
     def contour(self) -> Contour:
         """The contour on the lattice."""
         return self.rim.contour
+
+    @property
+    def windows(self) -> tuple[Window, ...]:
+        """None: corners that point inwards have functions."""
+        return ()
 
     def with_rim(self, gap: Grid) -> Grid:
         """Return a gap at the nodes, zero elsewhere."""

@@ -1,11 +1,11 @@
 r"""Splines along a contour that cuts the squares of a lattice anywhere, less what is known there of heights.
 
 *Along a piece.* In its square a bicubic spline is a polynomial, cubic in x and in y, and on a piece that goes on
-straight with t from 0 to 1 one of degree six in t. A cubic polynomial of a place ξ that goes from ξ₀ to ξ₁ has, by
-t, the Bernstein coefficients F(ξ₀, ξ₀, ξ₀), F(ξ₀, ξ₀, ξ₁), F(ξ₀, ξ₁, ξ₁) and F(ξ₁, ξ₁, ξ₁), where F, its blossom, is
-found by de Casteljau's steps with one argument each (Ramshaw, *Blossoms are polar forms*, Computer Aided Geometric Design 6,
-1989). Those of a product of two follow as in `contactqp.continuum.splines`, and the spline along the piece lies between
-the least and the largest of the seven.
+straight with t from 0 to 1 one of degree six in t. A cubic polynomial of a place ξ that goes from ξ₀ to ξ₁ has, by t,
+the Bernstein coefficients F(ξ₀, ξ₀, ξ₀), F(ξ₀, ξ₀, ξ₁), F(ξ₀, ξ₁, ξ₁) and F(ξ₁, ξ₁, ξ₁), where F, its blossom, is
+found by de Casteljau's steps with one argument each (Ramshaw, *Blossoms are polar forms*, Computer Aided Geometric
+Design 6, 1989). Those of a product of two follow as in `contactqp.continuum.splines`, and the spline along the piece
+lies between the least and the largest of the seven.
 
 *Beside the piece* the contour is no farther than ``reach``. There a spline differs by no more than reach times the sum
 of the largest differences of its coefficients along x and along y, of which the first derivatives are convex

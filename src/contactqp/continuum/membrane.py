@@ -17,12 +17,16 @@ from .barriers import Barrier
 from .contact import ContactBounds, contact_bounds
 from .data import Data
 from .halves import halves_of
-from .pointwise import pointwise_bounds
+from .obstacle import Resolve
+from .pointwise import PointwiseBounds, pointwise_bounds
 from .posed import Posed, posed_of
 from .reaction import reaction_bracket
 from .splines import excess_on_cells
 
 _ROUNDINGS = 16 * UNIT_ROUNDOFF
+
+_WIDE = 4.0
+"""Bounds that are farther apart, in units of what a membrane bends on a square, may be worse than they need be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,14 +103,8 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
     def resolved(change: Grid) -> Grid:
         return np.asarray(numbering.to_grid(resolve(numbering.to_vector(change, ring=1)), ring=1))
 
-    start = np.asarray(numbering.to_grid(gap, ring=1))
-    posed = posed_of(data)
-    settled = posed.problem.settled(start, resolved)
-    if settled is None:
-        posed = posed_of(data, plainly=True)
-        settled = posed.problem, posed.problem.with_rim(start), resolved
-    problem, start, resolved_so = settled
-    bounds = pointwise_bounds(problem, start, resolved_so)
+    posed, bounds = _bounds(data, np.asarray(numbering.to_grid(gap, ring=1)), resolved)
+    problem = bounds.lower.problem
     low, high = bounds.lower.at_points(), bounds.upper.at_points()
     support = np.where(problem.cells.closure, data.support.values, np.nan)
     # Depths are at most those of the support, where the gap is zero.
@@ -147,6 +145,21 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
         part_undecided=_part(problem.cells.shares, contact),
         rounds=bounds.rounds,
     )
+
+
+def _bounds(data: Data, gap: Grid, resolve: Resolve) -> tuple[Posed, PointwiseBounds]:
+    """Return bounds of a membrane's gap, and of which problem they are.
+
+    On a lattice that is too coarse for what is known of a membrane at corners they are better without it.
+    """
+    posed = posed_of(data)
+    settled = posed.problem.settled(gap, resolve)
+    found = None if settled is None else pointwise_bounds(*settled)
+    if found is not None and (posed.plain or found.width <= _WIDE * posed.problem.largest_bend):
+        return posed, found
+    plain = posed_of(data, plainly=True)
+    other = pointwise_bounds(plain.problem, plain.problem.with_rim(gap), resolve)
+    return (plain, other) if found is None or other.width < found.width else (posed, found)
 
 
 def _part(shares: Grid, contact: ContactBounds) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ..geometry.numbering import Grid
 from .cells import Cells, at_corners, extreme_at_corners
 from .ghosts import Continuation
 from .splines import CellRanges, at_points, excess_along_rim, ranges_on_cells
+from .windows import Window, windows_of
 
 Resolve: TypeAlias = Callable[[Grid], Grid]
 """Returns the lattice's gap after its load changes at the points; both arrays have shape (rows + 2, columns + 2)."""
@@ -70,12 +71,20 @@ class ObstacleProblem:
     kinks: Grid | None = None
     continuation: Continuation = field(init=False)
 
+    near: ClassVar[float] = 3.0
+    """Where a gap is larger, in units of what a membrane bends on a cell, a lower bound is always mended."""
+
     def __post_init__(self) -> None:
         shape = self.cells.nodes.shape
         for name in ("load", "heights"):
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} must have the shape {shape} of the points, got {getattr(self, name).shape}")
         object.__setattr__(self, "continuation", Continuation(self.cells))
+
+    @cached_property
+    def windows(self) -> tuple[Window, ...]:
+        """The windows about corners that point inwards, in which coefficients are chosen by linear programs."""
+        return windows_of(self.cells)
 
     @property
     def wanted(self) -> Grid:
@@ -152,13 +161,19 @@ class ObstacleProblem:
         return self.continuation(self._eased(inner - (around - 4.0 * inner) / 6.0, bend), bend, "more")
 
     def _eased(self, values: Grid, bend: Grid) -> Grid:
-        """Return values, lowered at corners that point inwards to where a membrane were in balance there."""
+        """Return values, lowered at corners that point inwards to where a membrane were in balance there.
+
+        Of a corner with a neighbour beyond the frame this says nothing, and where there are windows it is left to them.
+        """
         row, column = self.cells.inward_corners
-        if not row.size:
+        if self.windows or not row.size:
             return values
-        around = values[row - 1, column] + values[row + 1, column] + values[row, column - 1] + values[row, column + 1]
+        neighbours = (row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)
+        around = sum(values[place] for place in neighbours)
+        known = np.logical_and.reduce([self.cells.closure[place] for place in neighbours])
         eased = values.copy()
-        eased[row, column] = np.minimum(values[row, column], (around - bend[row, column]) / 4.0)
+        lowered = np.minimum(values[row, column], (around - bend[row, column]) / 4.0)
+        eased[row, column] = np.where(known, lowered, values[row, column])
         return eased
 
     def moved_at_rim(self, wanted: Vector) -> Grid:

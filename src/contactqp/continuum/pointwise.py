@@ -10,9 +10,10 @@ loads that are solved for are no part of the proof: it is that of the spline tha
 At a corner between a straight and a slanted side, at 135°, second derivatives of the membrane have no bound: what is
 missed there is paid by loads that grow as the cells shrink, on fewer and fewer nodes, in more rounds.
 
-At a corner that points inwards the membrane is singular. There the spline's coefficients are moved to its own side of
-the frame's height, and for a lower bound to where a membrane without a frame were in balance; the loads do the rest, in
-more rounds.
+At a corner that points inwards the membrane is singular. There the spline's coefficients are chosen by linear programs
+(see `contactqp.continuum.inward`). Of so many such corners that these would take too long, coefficients are moved to
+their own side of the frame's height, and for a lower bound to where a membrane without a frame were in balance; the
+loads do the rest, in more rounds.
 
 For an upper bound the spline's coefficients are the answer's values themselves, so that it is nowhere below zero; for a
 lower one they are those less a sixth of their second differences, whose spline is nearer to the values.
@@ -28,6 +29,7 @@ import numpy as np
 from ..geometry.numbering import Grid
 from .barriers import Barrier, subsolution, supersolution
 from .cells import at_corners, largest_at_corners
+from .inward import mended_at_corners
 from .obstacle import ObstacleProblem, Resolve
 
 _OVER = 1.15
@@ -39,13 +41,19 @@ _LEAST_RESPONSE = 0.2
 _SLIGHT = 0.2
 """For a lower bound a change counts as answered by a part if no more than this is left, and contact is not near."""
 
-_NEAR = 3.0
-"""A lower bound is always mended where the spline is higher than so many times what a membrane bends on a cell."""
+_FAR = 3.0
+"""What is higher than so many times what a membrane bends on a cell is far from contact."""
 
 _OUT = 5.0
 """Over a support with kinks it is also tried to mend it only higher than so many times what these stand out.
 
 Loads next to an edge that the membrane leaves push it on along the edge, by a cell in each round.
+"""
+
+_ASKED = 2.5
+"""About corners that point inwards a lower bound is chosen where it is higher than so many times the bend on a cell.
+
+What it is not chosen for, a shift must leave out; chosen down to twice the bend, some at 315° did not close.
 """
 
 _STEEP = 0.3
@@ -78,6 +86,14 @@ class PointwiseBounds:
     upper: Barrier
     rounds: tuple[int, int]
 
+    @property
+    def width(self) -> float:
+        """The mean distance of the two at the points, infinite if they bound nothing (length)."""
+        if not (self.lower.holds and self.upper.holds):
+            return np.inf
+        low, high = (bound.nearly_at_points() for bound in (self.lower, self.upper))
+        return float((high - np.maximum(low, 0.0)).mean(where=self.lower.problem.cells.closure))
+
     def at_points(self) -> tuple[Grid, Grid]:
         """Return lower and upper bounds of u at the points; nan outside the region."""
         return self.lower.at_points(), self.upper.at_points()
@@ -102,7 +118,7 @@ def pointwise_bounds(
     if rounds is None:
         rounds = 6 if problem.cells.rectangular else 14
     upper, raised = _sharpened(problem, gap, resolve, rounds, upper_from)
-    spared = _NEAR * problem.largest_bend
+    spared = problem.near * problem.largest_bend
     lower, lowered = _sharpened(problem, gap, resolve, rounds, lower_from, spared)
     if problem.kinks is not None:
         above_kinks = spared + _OUT * problem.largest_kink
@@ -118,13 +134,14 @@ def upper_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
     if problem.kinks is not None:
         # There the floor's kink is left to the floor, and the deflection is the spline of its values.
         values = values + problem.kinks
-    return supersolution(problem, _held_at_rim(problem, problem.upper_coefficients(values, bend), 1))
+    held = _held_at_rim(problem, problem.upper_coefficients(values, bend), 1)
+    return supersolution(problem, mended_at_corners(problem, held, 1))
 
 
 def lower_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
     """Return a lower bound from the lattice's answer under a load at the points."""
-    found = problem.lower_coefficients(problem.with_rim(gap), problem.bend(load))
-    return subsolution(problem, _held_at_rim(problem, found, -1))
+    held = _held_at_rim(problem, problem.lower_coefficients(problem.with_rim(gap), problem.bend(load)), -1)
+    return subsolution(problem, mended_at_corners(problem, held, -1, _ASKED * problem.largest_bend))
 
 
 def _held_at_rim(problem: ObstacleProblem, coefficients: Grid, side: int) -> Grid:
@@ -154,20 +171,28 @@ def _sharpened(
     # At a corner that points inwards much is missed at first, so that the best bound long remains that of nothing.
     patience = 1 if problem.cells.rectangular else _PATIENCE
     load = np.array(problem.wanted)
-    latest = best = bound_from(problem, gap, load)
-    least, before = _distance(best, gap), None
+    best = bound_from(problem, gap, load)
+    least = _distance(best, gap)
+    state: tuple[Grid, Barrier, Grid | None] = (load, best, None)
+    share = 1.0
     for done in range(rounds):
+        load, latest, before = state
         missed = largest_at_corners(_to_be_paid(latest, spared))
         if not np.isfinite(missed).all() or problem.largest_height * missed.max() <= _SPENT * least:
             return best, done
-        load = load - latest.side * (_over(latest, missed, before) * missed)
-        latest, before = bound_from(problem, resolve(load - problem.wanted), load), missed
+        load = load - latest.side * (share * _over(latest, missed, before) * missed)
+        latest = bound_from(problem, resolve(load - problem.wanted), load)
         distance = _distance(latest, gap)
         improved, worth = distance < least, distance <= _WORTH * least
         if improved:
             best, least = latest, distance
         if done >= patience and not worth:
             return best, done + 1
+        if improved or latest.side < 0:
+            state, share = (load, latest, missed), 1.0
+        else:
+            # Where a support hardly presses, a membrane that is raised at its edge leaves it ever farther.
+            share /= 2.0
     return best, rounds
 
 
@@ -190,7 +215,7 @@ def _over(barrier: Barrier, missed: Grid, before: Grid | None) -> Grid | float:
     left = np.divide(missed, before, out=np.zeros_like(missed), where=before > 0.0)
     if barrier.side > 0:
         return np.asarray(_OVER / np.maximum(1.0 - left, _LEAST_RESPONSE))
-    far = barrier.problem.cells.inside & (barrier.ranges.least > _NEAR * barrier.problem.largest_bend)
+    far = barrier.problem.cells.inside & (barrier.ranges.least > _FAR * barrier.problem.largest_bend)
     return np.where(at_corners(far) & (left < _SLIGHT), _OVER / np.maximum(1.0 - left, 1.0 - _SLIGHT), _OVER)
 
 

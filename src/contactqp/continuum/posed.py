@@ -27,6 +27,7 @@ from .cells import Cells, at_corners, extreme_at_corners
 from .contour import Contour
 from .contour_cells import ContourCells, outline_of
 from .contour_posed import ContourFrame
+from .contour_problem import ContourProblem
 from .data import Data
 from .lattice_frame import LatticeFrame, kinked, known_on_cells
 from .obstacle import ObstacleProblem
@@ -58,6 +59,11 @@ class Posed:
     load: tuple[Grid, Grid]
 
     @property
+    def plain(self) -> bool:
+        """Whether it makes nothing of what is known of a membrane at corners."""
+        return not isinstance(self.problem, ContourProblem) or not self.problem.background.parts
+
+    @property
     def rest(self) -> tuple[float, float]:
         """Least and largest of the membrane's support less the problem's (length)."""
         inside = self.problem.cells.inside
@@ -87,8 +93,8 @@ def posed_of(data: Data, *, plainly: bool = False) -> Posed:
     Raises
     ------
     ValueError
-        If it is not one over one support, of constant tension, on a frame along lines of the lattice, or a convex one
-        along diagonals of its squares as well.
+        If it is not one over one support, of constant tension, on a frame along lines of the lattice and diagonals of
+        its squares.
     """
     data = data.of_whole_squares
     _refuse(data)

@@ -718,8 +718,8 @@ class Solution:
 
         The certificate tells how far an answer is from the solution of the *lattice's* equations. This tells how far it
         is from the membrane that the lattice stands for: without unknown constants, with all rounding, and for any
-        answer of any backend. The frame must run along lines of the lattice, or diagonals of its squares; in the latter
-        case it must be convex for pointwise bounds.
+        answer of any backend. The frame must run along lines of the lattice, or diagonals of its squares; for pointwise
+        bounds a lattice may also be fitted to its contour.
 
         Parameters
         ----------
