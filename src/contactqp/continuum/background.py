@@ -117,7 +117,8 @@ class Background:
     @staticmethod
     def _sum(start: Grid, factors: Vector, parts: list[Grid]) -> Grid:
         for factor, part in zip(factors, parts, strict=True):
-            start = start + factor * part
+            if factor:
+                start = start + factor * part
         return start
 
     def _error(self, start: Grid, parts: list[Grid]) -> Grid:

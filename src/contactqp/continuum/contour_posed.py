@@ -52,6 +52,11 @@ class ContourFrame:
     plainly: bool = False
 
     @property
+    def plain(self) -> bool:
+        """Whether it is posed as it is plainly: of a frame along the lattice, by the lattice's points."""
+        return self.plainly or not (self.data.plan.on_lattice or self._functions)
+
+    @property
     def knows_corners(self) -> bool:
         """Whether functions are known of all corners that point inwards."""
         known = {function.corner for function in self._functions}

@@ -80,6 +80,7 @@ class ContourProblem(ObstacleProblem):
     springs: Grid = None  # type: ignore[assignment]
     background: Background = None  # type: ignore[assignment]
 
+    patience: ClassVar[int] = 3
     near: ClassVar[float] = 1.5
 
     def __post_init__(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -35,6 +36,9 @@ class LatticeFrame:
 
     data: Data
     cells: Cells
+
+    plain: ClassVar[bool] = True
+    """It is posed in no other way."""
 
     def above_support(self, tension: float, load: Grid, load_range: Range) -> ObstacleProblem:
         """Return the problem whose gaps are counted from the support itself.

@@ -25,6 +25,9 @@ from .splines import excess_on_cells
 
 _ROUNDINGS = 16 * UNIT_ROUNDOFF
 
+_RETURNS = 20
+"""How often the lattice is solved again at most, to come back to its own answer."""
+
 _WIDE = 4.0
 """Bounds that are farther apart, in units of what a membrane bends on a square, may be worse than they need be."""
 
@@ -150,14 +153,19 @@ def membrane_bounds(data: Data, depths: Grid, gap: Vector, resolve: Callable[[Ve
 def _bounds(data: Data, gap: Grid, resolve: Resolve) -> tuple[Posed, PointwiseBounds]:
     """Return bounds of a membrane's gap, and of which problem they are.
 
-    On a lattice that is too coarse for what is known of a membrane at corners they are better without it.
+    On a lattice that is too coarse for what is known of a membrane at corners they are better without it, and over a
+    support with kinks they may be.
     """
     posed = posed_of(data)
     settled = posed.problem.settled(gap, resolve)
     found = None if settled is None else pointwise_bounds(*settled)
-    if found is not None and (posed.plain or found.width <= _WIDE * posed.problem.largest_bend):
+    narrow = _WIDE * posed.problem.largest_bend if posed.problem.kinks is None else 0.0
+    if found is not None and (posed.plain or found.width <= narrow):
         return posed, found
     plain = posed_of(data, plainly=True)
+    for _ in range(_RETURNS):  # solves go on from the answer before, which may have been led astray
+        if np.abs(resolve(np.zeros(gap.shape)) - gap).max() <= posed.problem.largest_bend:
+            break
     other = pointwise_bounds(plain.problem, plain.problem.with_rim(gap), resolve)
     return (plain, other) if found is None or other.width < found.width else (posed, found)
 

@@ -71,6 +71,9 @@ class ObstacleProblem:
     kinks: Grid | None = None
     continuation: Continuation = field(init=False)
 
+    patience: ClassVar[int] = 9
+    """Rounds of sharpening that are made in any case where corners point inwards or sides are slanted."""
+
     near: ClassVar[float] = 3.0
     """Where a gap is larger, in units of what a membrane bends on a cell, a lower bound is always mended."""
 

@@ -64,9 +64,6 @@ _MENDS, _MOVED = 4, 1.2
 _WORTH = 0.9
 """A round that leaves more than this part of the distance ends the sharpening."""
 
-_PATIENCE = 9
-"""Rounds that are made in any case where corners point inwards or sides are slanted."""
-
 _SPENT = 0.3
 """The sharpening ends where the multiple of the parabola makes no more than this part of the distance."""
 
@@ -169,7 +166,7 @@ def _sharpened(
 ) -> tuple[Barrier, int]:
     """Return the best bound of some rounds, and how many there were."""
     # At a corner that points inwards much is missed at first, so that the best bound long remains that of nothing.
-    patience = 1 if problem.cells.rectangular else _PATIENCE
+    patience = 1 if problem.cells.rectangular else problem.patience
     load = np.array(problem.wanted)
     best = bound_from(problem, gap, load)
     least = _distance(best, gap)

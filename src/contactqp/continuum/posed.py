@@ -27,7 +27,6 @@ from .cells import Cells, at_corners, extreme_at_corners
 from .contour import Contour
 from .contour_cells import ContourCells, outline_of
 from .contour_posed import ContourFrame
-from .contour_problem import ContourProblem
 from .data import Data
 from .lattice_frame import LatticeFrame, kinked, known_on_cells
 from .obstacle import ObstacleProblem
@@ -51,17 +50,15 @@ class Posed:
         How far the numbers in ``surface``, and the membrane's support at the points, may be off (length).
     load : pair of arrays, shape (rows + 1, columns + 1)
         Bounds of q = p + TΔf in each cell (force per area).
+    plain : bool
+        Whether it is posed as it is plainly.
     """
 
     problem: ObstacleProblem
     surface: Grid
     surface_error: float
     load: tuple[Grid, Grid]
-
-    @property
-    def plain(self) -> bool:
-        """Whether it makes nothing of what is known of a membrane at corners."""
-        return not isinstance(self.problem, ContourProblem) or not self.problem.background.parts
+    plain: bool
 
     @property
     def rest(self) -> tuple[float, float]:
@@ -182,7 +179,7 @@ def _over_support(data: Data, frame: LatticeFrame | ContourFrame, tension: float
     )
     bounds = _load_bounds(load, cells, tension, laplacian, room)
     problem = frame.above_support(tension, pressed + bent, load_range)
-    return Posed(problem, support.values, _off_at_points(support, cells), bounds)
+    return Posed(problem, support.values, _off_at_points(support, cells), bounds, frame.plain)
 
 
 def _over_spline(data: Data, frame: LatticeFrame | ContourFrame, tension: float, laplacian: Interval | None) -> Posed:
@@ -204,7 +201,7 @@ def _over_spline(data: Data, frame: LatticeFrame | ContourFrame, tension: float,
     kinks = _kinks(cells, support, floor, values)
     problem = frame.above_floor(tension, pressed, load_range, floor, rest, drive, kinks)
     bounds = _load_bounds(load, cells, tension, laplacian, 0.0)
-    return Posed(problem, on_floor, error + _off_at_points(support, cells), bounds)
+    return Posed(problem, on_floor, error + _off_at_points(support, cells), bounds, frame.plain)
 
 
 def _kinks(cells: Cells, support: CellField, floor: Grid, values: Grid) -> Grid | None:
