@@ -212,9 +212,10 @@ def _solved_to(case: Path, model: Model, continuum_tol: float, backend: str, tim
 
     if not isinstance(model, Membrane):
         raise ValueError(f"--continuum-tol encloses a Membrane, {case} describes {model!r}")
-    if model.lattice.cuts is not None or model.lattice.overshoot:
+    if model.lattice.overshoot:
         raise ValueError(
-            f"--continuum-tol needs a frame along lines of the lattice, or diagonals, {case} has {model.lattice!r}"
+            f"--continuum-tol needs a frame that lies on the lattice, or a lattice that is fitted to it (fitted = true "
+            f"in {case}), not {model.lattice!r}"
         )
 
     def model_at(spacing: float) -> Membrane:

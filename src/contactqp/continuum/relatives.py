@@ -123,7 +123,13 @@ def place_in(fine: Lattice, coarse: Lattice) -> tuple[int, int]:
 def _data_of(model: ContactModel) -> Data:
     if not isinstance(model, Membrane):
         raise TypeError(f"a Membrane can be made again on other lattices, not {model!r}")
-    return Data.of(model)
+    data = Data.of(model)
+    if not data.plan.on_lattice:
+        raise ValueError(
+            f"{model.lattice!r}: a membrane is made again on other lattices only if its frame runs along lines of its "
+            "own, or diagonals of its squares; of this one solve models of other spacings, made by Frame.lattice"
+        )
+    return data
 
 
 def _lattice(mask: Mask, halved: Mask, spacing: float) -> Lattice:

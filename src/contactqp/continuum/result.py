@@ -156,7 +156,8 @@ class Continuum:
         states = contact.clear, contact.undecided, contact.contact
         share = found.part_undecided
         own = f"the membrane itself: all is decided but for {at_most(100 * share)} % of the area"
-        return map_of_squares(found.edges, states, found.halves, Wanted(ax, None, title, units), own)
+        rings = () if found.lattice.outline is None else found.lattice.outline.rings
+        return map_of_squares(found.edges, states, found.halves, Wanted(ax, None, title, units), own, rings)
 
     @property
     def strip(self) -> Strip:

@@ -12,6 +12,7 @@ from ..foundation.checks import Mask, Vector
 from ..geometry.cuts import Cuts
 from ..geometry.lattice import Lattice
 from ..geometry.on_arms import ArmField
+from ..geometry.outline import Outline
 from ..models.base import ContactModel
 from ..models.beam import Beam
 from ..models.cable import Cable
@@ -85,6 +86,9 @@ def _on_lattice(model: LatticeModel, kind: str) -> Record:
             f"arm_length_{axis}": (_ALONG[axis], cut, told.format(axis))
             for axis, cut in zip("xy", lattice.cuts, strict=True)
         }
+    if lattice.outline is not None:
+        attributes["contour_sagitta"] = lattice.outline.sagitta
+        arms |= _contour(lattice.outline)
     if model.frame_heights is None:
         return Record(attributes, arms)
     x, y, heights = model.frame_places
@@ -111,6 +115,26 @@ def _arms(model: LatticeModel) -> dict[str, tuple[tuple[str, ...], Any, str]]:
         )
         for axis, field in zip("xy", model.tension_of_arms.fields, strict=False)
     }
+
+
+def _contour(outline: Outline) -> dict[str, tuple[tuple[str, ...], Any, str]]:
+    """Return the lines of a contour by name: their corners, and to which of the lines each belongs."""
+    corners, place = np.concatenate(outline.rings), ("contour_point",)
+    number = np.repeat(np.arange(len(outline.rings)), [len(ring) for ring in outline.rings])
+    return {
+        "contour_x": (place, corners[:, 0], "abscissa of the corners of the contour that the lattice is fitted to"),
+        "contour_y": (place, corners[:, 1], "ordinate of the corners of the contour"),
+        "contour_ring": (place, number, "which of the contour's closed lines each corner belongs to"),
+    }
+
+
+def _outline(data: xr.Dataset) -> Outline | None:
+    """Return the contour of a lattice that is fitted to it."""
+    if "contour_x" not in data:
+        return None
+    corners = np.column_stack([data[f"contour_{axis}"].to_numpy() for axis in "xy"])
+    ends = np.flatnonzero(np.diff(data["contour_ring"].to_numpy())) + 1
+    return Outline(tuple(np.split(corners, ends)), float(data.attrs["contour_sagitta"]))
 
 
 def _tension(data: xr.Dataset, at_nodes: Callable[[Any], Vector]) -> Any:
@@ -251,6 +275,7 @@ def _lattice(data: xr.Dataset) -> Lattice:
         slanted=bool(told.get("slanted", 0)),
         halved=_halved(data),
         cuts=_cuts(data),
+        outline=_outline(data),
     )
 
 

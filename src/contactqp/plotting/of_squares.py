@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -56,7 +57,12 @@ class Strip(NamedTuple):
 
 
 def map_of_squares(
-    edges: tuple[Vector, Vector], states: tuple[Mask, Mask, Mask], halves: Halves, wanted: Wanted, title: str
+    edges: tuple[Vector, Vector],
+    states: tuple[Mask, Mask, Mask],
+    halves: Halves,
+    wanted: Wanted,
+    title: str,
+    rings: Sequence[NDArray[np.float64]] = (),
 ) -> Figure:
     """Draw which squares are clear, undecided and in contact.
 
@@ -70,11 +76,14 @@ def map_of_squares(
     wanted : Wanted
     title : str
         The picture's own headline.
+    rings : sequence of arrays, shape (k, 2)
+        Corners of closed lines that cut squares: nothing is drawn outside these (length).
     """
-    load_modules("matplotlib.collections", "matplotlib.colors", "matplotlib.patches")
+    load_modules("matplotlib.collections", "matplotlib.colors", "matplotlib.patches", "matplotlib.path")
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Patch
+    from matplotlib.patches import Patch, PathPatch
+    from matplotlib.path import Path
 
     x, y = edges
     axes = axes_for(wanted, (float(np.ptp(x)), float(np.ptp(y))))
@@ -85,7 +94,12 @@ def map_of_squares(
     for colour, state in zip(colours, states, strict=True):
         shown = list(halves.of(state))
         axes.add_collection(PolyCollection(shown, facecolors=colour, edgecolors="none", rasterized=True))
-    axes.pcolormesh(x, y, kind, cmap=ListedColormap(colours), vmin=-0.5, vmax=2.5, rasterized=True)
+    squares = axes.pcolormesh(x, y, kind, cmap=ListedColormap(colours), vmin=-0.5, vmax=2.5, rasterized=True)
+    if rings:
+        contour = PathPatch(Path.make_compound_path(*(Path(ring, closed=True) for ring in map(_closed, rings))))
+        contour.set(facecolor="none", edgecolor=INK, linewidth=0.8)
+        axes.add_patch(contour)
+        squares.set_clip_path(contour)
     kinds = [
         Patch(color=colour, label=name) for (name, colour), state in zip(_KINDS, states, strict=True) if state.any()
     ]
@@ -93,6 +107,10 @@ def map_of_squares(
     axes.legend(handles=kinds, ncols=3, **place)
     finish(axes, wanted, title)
     return figure_of(axes)
+
+
+def _closed(ring: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.concatenate([ring, ring[:1]])
 
 
 def draw_strip(axes: Axes, strip: Strip) -> None:
