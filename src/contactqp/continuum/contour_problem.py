@@ -155,6 +155,11 @@ class ContourProblem(ObstacleProblem):
             least = least + values.min(axis=0) - error - _ERROR * (np.abs(least) + np.abs(values).max(axis=0))
         return float(least.min())
 
+    @property
+    def highest(self) -> float | None:
+        """About the largest γ (length); None where functions about corners are added to splines."""
+        return None if self.background.parts else float(self.heights_halfway.max())
+
     def wanted_in_layer(self, bend: Grid, rise: float) -> tuple[Vector, Vector]:
         """Return h²Δs at the layer's points, and s on the contour: above γ - b by a part of the wanted bends (length).
 
@@ -177,13 +182,17 @@ class ContourProblem(ObstacleProblem):
 
     def upper_coefficients(self, values: Grid, bend: Grid) -> Grid:
         """Return coefficients of a spline that lies above a membrane's values at the nodes, less b."""
-        return self._filled(values - self.background.at_points, bend, _SIXTH)
+        return self._filled(values - self.background.at_points, self._where_free(values, bend), _SIXTH)
 
     def lower_coefficients(self, values: Grid, bend: Grid) -> Grid:
         """Return coefficients of a spline that goes through such values, less b, nearly."""
         lowered = values - self.background.at_points
         lowered[1:-1, 1:-1] -= second_differences(lowered) * _SIXTH
-        return self._filled(lowered, bend, 0.0)
+        return self._filled(lowered, self._where_free(values, bend), 0.0)
+
+    def _where_free(self, values: Grid, bend: Grid) -> Grid:
+        """Return the wanted sums of second differences, none at nodes in contact."""
+        return np.where(self.cells.nodes & (values <= 0.0), 0.0, bend)
 
     def ranges(self, coefficients: Grid) -> CellRanges:
         """Return ranges on the cells, of TΔs - q but for `load_range`, and of s + b."""

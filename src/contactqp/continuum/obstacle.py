@@ -117,6 +117,11 @@ class ObstacleProblem:
         """How far a support's kinks stand out of the floor at most, about (length)."""
         return 0.0 if self.kinks is None else float(np.abs(self.kinks).max())
 
+    @property
+    def highest(self) -> float | None:
+        """About the largest γ (length); None where no spline is the same everywhere."""
+        return float(self.heights.max()) + self.height_range[1]
+
     def with_rim(self, gap: Grid) -> Grid:
         """Return a gap at the points with the frame's in the place of what it has on the rim."""
         return np.where(self.cells.nodes, gap, self.heights)

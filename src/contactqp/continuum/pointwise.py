@@ -115,6 +115,7 @@ def pointwise_bounds(
     if rounds is None:
         rounds = 6 if problem.cells.rectangular else 14
     upper, raised = _sharpened(problem, gap, resolve, rounds, upper_from)
+    upper = min([upper, *_level(problem, upper)], key=lambda bound: _distance(bound, gap))
     spared = problem.near * problem.largest_bend
     lower, lowered = _sharpened(problem, gap, resolve, rounds, lower_from, spared)
     if problem.kinks is not None:
@@ -123,6 +124,17 @@ def pointwise_bounds(
         lowered += more
         lower = min(lower, other, key=lambda bound: _distance(bound, gap, largest=True))
     return PointwiseBounds(lower, upper, (lowered, raised))
+
+
+def _level(problem: ObstacleProblem, upper: Barrier) -> list[Barrier]:
+    """Return the upper bound that is the same everywhere, if that may be worth a look.
+
+    Where a load presses, the gap is nowhere larger than at the frame: little, but no worse if all else fails.
+    """
+    height = problem.highest
+    if height is None or upper.shift + upper.multiple * problem.largest_height <= height:
+        return []
+    return [supersolution(problem, np.full(upper.coefficients.shape, height))]
 
 
 def upper_from(problem: ObstacleProblem, gap: Grid, load: Grid) -> Barrier:
