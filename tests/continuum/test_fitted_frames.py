@@ -329,7 +329,7 @@ def test_supports_above_the_frame_are_refused():
     lattice = DISK.lattice(1 / 8, fitted=True)
     with pytest.warns(cq.ContactWarning, match="support stands above the frame"):
         solution = cq.solve(cq.Membrane(lattice, tension=1.0, load=1.0, support=0.1, frame_height=step), tol=1e-10)
-    with pytest.raises(ValueError, match=r"lies beyond the support, by 0\.2"):
+    with pytest.raises(ValueError, match="lies beyond the support"):
         solution.continuum("pointwise")
 
 

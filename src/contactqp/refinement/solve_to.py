@@ -153,7 +153,7 @@ def solve_to(
     ----------
     model_of_spacing : callable
         Returns the membrane on a lattice of a spacing (length): of one tension, over one support, on a frame along
-        lines of all the lattices, or along diagonals of their squares as well.
+        lines of all the lattices and diagonals of their squares, or on lattices that are fitted to their contour.
     continuum_tol : float
         Wanted bound of the distance from the membrane at the nodes, relative to the error scale as ``tol`` of
         `contactqp.solve` is.
