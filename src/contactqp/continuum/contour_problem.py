@@ -55,6 +55,9 @@ _SIXTH = 1.0 / 6.0
 _NEXT, _FOCUS = 4.0, 8.0
 """How far about a corner, in spacings, a spline does not take the lattice's values, and is to be smooth."""
 
+_BY_FRAME_ALONE = "layer", "given", "far", "heights_halfway", "least_height"
+"""What takes long, and is the same for all sums of functions."""
+
 _IN_THE_MIDDLE = np.array([1, 6, 15, 20, 15, 6, 1]) / 64.0
 """Weights of the Bernstein coefficients of a polynomial of degree six in its value halfway."""
 
@@ -103,7 +106,8 @@ class ContourProblem(ObstacleProblem):
     def with_background(self, background: Background) -> ContourProblem:
         """Return the problem with another sum of the same functions."""
         found = replace(self, background=background)
-        found.__dict__["layer"] = self.layer  # it does not depend on factors, and takes long
+        for name in _BY_FRAME_ALONE:
+            found.__dict__[name] = getattr(self, name)
         return found
 
     @cached_property
@@ -115,7 +119,7 @@ class ContourProblem(ObstacleProblem):
         focus = known & (away < _FOCUS)
         return Layer(known, reached, focus, away, self.cells.corners, contour.row, contour.column, halfway)
 
-    @property
+    @cached_property
     def _from_corners(self) -> Grid:
         """How far places of coefficients are from the nearest corner that has functions (spacings)."""
         rows, columns = self.cells.nodes.shape

@@ -28,7 +28,7 @@ _WIDTH = 6
 
 _ROUNDS, _PATIENCE, _FEW, _DEPTH = 40, 15, 1, 8
 
-_ENOUGH, _FAIR = 5e-4, 0.1
+_ENOUGH, _FAIR = 2e-3, 0.1
 """How far values are to be from those of splines, and may be, in units of what a membrane bends on a square."""
 
 
