@@ -5,7 +5,7 @@ import pytest
 
 import contactqp as cq
 from contactqp.continuum.relatives import coarser, finer, place_in
-from contactqp.profiles import Cone, HillAndFloor, Paraboloid, Plane, Uppermost
+from contactqp.profiles import Cone, Hemisphere, HillAndFloor, Paraboloid, Plane, Uppermost
 
 HEXAGON = [(32, 0), (8, 24), (-8, 24), (-32, 0), (-8, -24), (8, -24)]
 DIAMOND = [(32, 0), (0, 32), (-32, 0), (0, -32)]
@@ -344,3 +344,11 @@ def test_errors_in_slanted_frames_are_estimated():
     assert energy.spacings == (2.0, 4.0, 8.0)
     assert energy.error < solution.continuum().energy_error < 1.3 * energy.error
     assert 0.8 < energy.order < 1.1
+
+
+def test_a_support_may_end_where_there_is_no_membrane():
+    """The hemisphere's rim lies in the missing quarter, where nothing is known of its second derivatives."""
+    frame = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    found = enclosed(membrane(frame, 0.25, Hemisphere(0.1, 2.5), tension=1.5, load=1.0))
+    assert found.proven
+    assert (found.lower <= found.upper).all()

@@ -25,8 +25,8 @@ _Places = NDArray[np.intp]
 _ROUNDINGS = 64
 """More roundings, of a coordinate each, than there are on the way from corners of the outline to ends of pieces."""
 
-_ON_LINE = 1e-9
-"""A piece that is so near to the edge of a square, in spacings, does not cut it."""
+_ON_LINE = 4
+"""A piece that is nearer to the edge of a square than so many of these roundings does not cut it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +71,14 @@ class Contour:
         shape = lattice.shape[0] + 1, lattice.shape[1] + 1
         ends = [((corners - (x, y)) / spacing + 1.0).T for corners in outline.segments]
         largest = max(float(np.abs(corners).max()) for corners in outline.segments) + max(abs(x), abs(y))
-        rounding = _ROUNDINGS * UNIT_ROUNDOFF * (largest / spacing + max(shape))
+        rounding = UNIT_ROUNDOFF * (largest / spacing + max(shape))
         start, end, segment = _cut_at_lines(*ends)
-        column, row = _squares(start, end, shape)
+        column, row = _squares(start, end, _ON_LINE * rounding, shape)
         corner = np.stack([column, row])
         start, end = start - corner, end - corner
-        reach = rounding + outline.sagitta / spacing
-        cut = _cut_squares((start, end), (column, row), reach if outline.sagitta else 0.0, shape)
+        reach = _ROUNDINGS * rounding + outline.sagitta / spacing
+        distances = _ON_LINE * rounding, reach if outline.sagitta else 0.0
+        cut = _cut_squares((start, end), (column, row), distances, shape)
         middles = lattice.ring_coordinates(np.arange(shape[0]) + 0.5, np.arange(shape[1]) + 0.5)
         inside = outline.holds(*np.broadcast_arrays(middles[0], middles[1][:, None])) | cut
         return cls(row, column, start, end, reach, inside, cut, segment, (x - spacing, y - spacing), spacing)
@@ -125,25 +126,30 @@ def _cut_at_lines(
     return start[:, of] + before * step, np.where(after == 1.0, end[:, of], start[:, of] + after * step), of
 
 
-def _squares(start: NDArray[np.float64], end: NDArray[np.float64], shape: tuple[int, int]) -> tuple[_Places, _Places]:
+def _squares(
+    start: NDArray[np.float64], end: NDArray[np.float64], rounding: float, shape: tuple[int, int]
+) -> tuple[_Places, _Places]:
     """Return column and row of the square that each piece lies in, or that lies to its left if it is on a line."""
     step = end - start
     left = np.stack([-step[1], step[0]]) / np.maximum(np.hypot(*step), np.finfo(float).tiny)
-    column, row = np.floor((start + end) / 2 + _ON_LINE * left).astype(np.intp)
+    column, row = np.floor((start + end) / 2 + rounding * left).astype(np.intp)
     return np.clip(column, 0, shape[1] - 1), np.clip(row, 0, shape[0] - 1)
 
 
 def _cut_squares(
     pieces: tuple[NDArray[np.float64], NDArray[np.float64]],
     squares: tuple[_Places, _Places],
-    rise: float,
+    distances: tuple[float, float],
     shape: tuple[int, int],
 ) -> Mask:
-    """Return the squares that pieces cut, or that arcs may which rise above them by a part of a spacing."""
-    start, end = pieces
+    """Return the squares that pieces cut by more than rounding, or that arcs may which rise above them by a part.
+
+    The distances are both of these, in spacings.
+    """
+    (start, end), (rounding, rise) = pieces, distances
     place = np.stack(squares)
     least, most = np.minimum(start, end), np.maximum(start, end)
-    crosses = ((most > _ON_LINE) & (least < 1 - _ON_LINE)).all(axis=0)
+    crosses = ((most > rounding) & (least < 1 - rounding)).all(axis=0)
     cut = np.zeros(shape, dtype=np.bool_)
     cut[tuple(place[::-1, crosses])] = True
     if rise:
@@ -153,6 +159,6 @@ def _cut_squares(
             step = np.array(shift)[:, None] - 1
             near = np.where(step < 0, least - rise < 0, np.where(step > 0, most + rise > 1, True)).all(axis=0)
             beside = (place + step)[:, near]
-            within = ((beside + 1 - _ON_LINE > low[:, None]) & (beside + _ON_LINE < high[:, None])).all(axis=0)
+            within = ((beside + 1 - rounding > low[:, None]) & (beside + rounding < high[:, None])).all(axis=0)
             cut[tuple(beside[::-1, within])] = True
     return cut

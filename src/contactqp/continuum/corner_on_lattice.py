@@ -8,9 +8,10 @@ that in the middle of the square, but for h/√2 times a bound of b's third deri
 jumps beyond the contour, nothing is known of e: such squares are *hidden*.
 
 *Along the contour.* On a piece of length l, b differs from the parabola through its values at both ends and halfway by
-no more than l³/(72√3) times its third derivatives. Along the two sides that meet at its corner the function is a power
-of the distance times what its sine leaves, which is nothing but rounding, or, with a logarithm, ρ²ω cos 2ω, which the
-parabola is.
+no more than l³/(72√3) times its third derivatives, and by less than four times its largest modulus, as the parabola is
+no larger than 5/4 of that: this tells more where another side meets the corner. Along the two sides of the corner the
+function is a power of the distance times what its sine leaves, which is nothing but rounding, or, with a logarithm,
+ρ²ω cos 2ω, which the parabola is.
 """
 
 from __future__ import annotations
@@ -133,7 +134,9 @@ class CornerOnLattice:
         reach = self._off + contour.reach * contour.spacing
         near, far = self._distances_of_pieces(reach)
         values = np.stack([function(*end) for end in self._ends])
-        off = _BESIDE_PARABOLA * contour.length**3 * function.size(3, near, far)
+        with np.errstate(over="ignore"):
+            third = _BESIDE_PARABOLA * contour.length**3 * function.size(3, near, far)
+        off = np.minimum(third, 4 * function.size(0, far, far))
         for side, (left, kept) in zip(function.sides, ((0.0, 0.0), function.along_other_side), strict=True):
             on_side = contour.segment == side
             rho = np.stack([np.hypot(x - function.corner[0], y - function.corner[1])[on_side] for x, y in self._ends])

@@ -123,7 +123,18 @@ def pointwise_bounds(
         other, more = _sharpened(problem, gap, resolve, rounds, lower_from, above_kinks)
         lowered += more
         lower = min(lower, other, key=lambda bound: _distance(bound, gap, largest=True))
+    lower = min(lower, _bowl(problem), key=lambda bound: _distance(bound, gap))
     return PointwiseBounds(lower, upper, (lowered, raised))
+
+
+def _bowl(problem: ObstacleProblem) -> Barrier:
+    """Return the lower bound that asks for no answer: the frame's least height, less a parabola that the load bends.
+
+    Where splines follow little of a membrane, as about holes with corners, it may be the better one.
+    """
+    level = np.zeros(tuple(np.array(problem.cells.nodes.shape) + 2)) if problem.floor is None else problem.floor
+    above = float(problem.excess_along_rim(level)[1].max())
+    return subsolution(problem, level - above if np.isfinite(above) else level)
 
 
 def _level(problem: ObstacleProblem, upper: Barrier) -> list[Barrier]:

@@ -224,4 +224,6 @@ def _load_bounds(
     if laplacian is None:
         return np.full(shape, -np.inf), np.full(shape, np.inf)
     sizes = room + _SLACK * (np.abs(lower) + np.abs(upper))
-    return lower + tension * laplacian.lower - sizes, upper + tension * laplacian.upper + sizes
+    with np.errstate(over="ignore"):  # beyond the frame a support may have no bends at all
+        bent = tension * laplacian.lower, tension * laplacian.upper
+    return lower + bent[0] - sizes, upper + bent[1] + sizes
