@@ -439,7 +439,7 @@ def test_data_between_the_nodes_are_told_as_they_are_known():
             lambda: solved(cq.Frame.polygon([(0, 0), (8, 0), (0, 8)]).lattice(1.0), support=0.1),
             "has slanted sides that cut squares, and only a frame that runs along lines",
         ),
-        (lambda: solved(cq.Frame.disk(1.0).lattice(0.25, fitted=True), support=0.1), "cuts arms"),
+        (lambda: solved(cq.Frame.disk(1.0).lattice(0.25, fitted=True), support=0.1), "cuts squares anywhere"),
         (lambda: solved(UNIT.lattice(0.25), support=-0.1), "frame at x=0, y=0 lies beyond the support, by 0.1"),
     ],
 )

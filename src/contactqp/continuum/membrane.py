@@ -28,7 +28,7 @@ _ROUNDINGS = 16 * UNIT_ROUNDOFF
 _RETURNS = 20
 """How often the lattice is solved again at most, to come back to its own answer."""
 
-_WIDE = 4.0
+_WIDE = 2.0
 """Bounds that are farther apart, in units of what a membrane bends on a square, may be worse than they need be."""
 
 
