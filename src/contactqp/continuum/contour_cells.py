@@ -17,7 +17,7 @@ from .cells import Cells
 from .contour import Contour
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ContourCells(Cells):
     """The squares that the region within a contour has a part of.
 
@@ -31,13 +31,13 @@ class ContourCells(Cells):
         The outline on the lattice.
     """
 
-    outline: Outline = None  # type: ignore[assignment]
-    contour: Contour = None  # type: ignore[assignment]
+    outline: Outline
+    contour: Contour
 
     @classmethod
     def of(cls, lattice: Lattice, outline: Outline, contour: Contour, halved: Mask | None = None) -> ContourCells:
         """Return the cells of a lattice within an outline, which halves some of them along diagonals, if any."""
-        return cls(lattice.mask, lattice.spacing, halved, outline, contour)
+        return cls(lattice.mask, lattice.spacing, halved, outline=outline, contour=contour)
 
     def __post_init__(self) -> None:
         pass

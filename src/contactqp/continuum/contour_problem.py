@@ -62,7 +62,7 @@ _IN_THE_MIDDLE = np.array([1, 6, 15, 20, 15, 6, 1]) / 64.0
 """Weights of the Bernstein coefficients of a polynomial of degree six in its value halfway."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ContourProblem(ObstacleProblem):
     """An obstacle problem within a contour, see `ObstacleProblem`.
 
@@ -78,10 +78,10 @@ class ContourProblem(ObstacleProblem):
         b, which is added to splines.
     """
 
-    rim: ContourRim = None  # type: ignore[assignment]
-    held: Mask = None  # type: ignore[assignment]
-    springs: Grid = None  # type: ignore[assignment]
-    background: Background = None  # type: ignore[assignment]
+    rim: ContourRim
+    held: Mask
+    springs: Grid
+    background: Background
 
     patience: ClassVar[int] = 3
     near: ClassVar[float] = 1.5

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 _REACHED = "tolerance reached"
 
+_TOLD = {"data": "ranges of data"}
+"""What parts of a bound are called where their names alone would say something else."""
+
 _ALGEBRA = 0.01
 """Part of the wanted bound that the lattice's own answers may be off by."""
 
@@ -122,7 +125,7 @@ class SolvedTo:
                 f"{at_most(relative):>18}  {share:>9}  {seconds:>7.3g}"
             )
         parts = _parts(self.solution, _pointwise(self.continuum))
-        told = ", ".join(f"{name} {at_most(part)}" for name, part in parts.items())
+        told = ", ".join(f"{_TOLD.get(name, name)} {at_most(part)}" for name, part in parts.items())
         head = f"Membrane within {at_most(self.continuum.error_bound)} (length): {self.ended}"
         wanted = f"  wanted {self.tolerance:g} of the error scale; the bound consists of {told}"
         return "\n".join([head, *rows, folded(wanted, 80, 2)])
