@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -103,7 +103,7 @@ class ContourProblem(ObstacleProblem):
         """Return a gap at the nodes, zero elsewhere."""
         return np.where(self.cells.nodes, gap, 0.0)
 
-    def with_background(self, background: Background) -> ContourProblem:
+    def with_background(self, background: Background) -> Self:
         """Return the problem with another sum of the same functions."""
         found = replace(self, background=background)
         for name in _BY_FRAME_ALONE:
@@ -302,7 +302,7 @@ class ContourProblem(ObstacleProblem):
         bent = np.pad(second_differences(self.background.at_points), 1)
         return np.where(self.far, self.tension / self.cells.spacing**2 * bent, 0.0)
 
-    def fitted_to(self, gap: Grid, bend: Grid) -> tuple[ContourProblem, Grid]:
+    def fitted_to(self, gap: Grid, bend: Grid) -> tuple[Self, Grid]:
         """Return the problem with as much of the functions about corners as an answer has.
 
         At a corner that points inwards loads next to it bring in the dual ℑz^(-β) of a function as well, which no

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -18,10 +18,9 @@ from ..foundation.checks import Mask
 from ..foundation.loading import load_modules
 from ..geometry.numbering import Grid
 from ..methods.mixing import Mixing
+from .background import Background
+from .cells import Cells
 from .obstacle import Resolve
-
-if TYPE_CHECKING:
-    from .contour_problem import ContourProblem
 
 _WIDTH = 6
 """Nodes across the strip."""
@@ -88,18 +87,72 @@ class EdgeStiffness:
         return found
 
 
-class Settling:
+class Fitting(Protocol):
+    """What is asked of a problem within a contour, see `contactqp.continuum.contour_problem.ContourProblem`."""
+
+    @property
+    def cells(self) -> Cells:
+        """The squares."""
+
+    @property
+    def tension(self) -> float:
+        """T (force per length)."""
+
+    @property
+    def springs(self) -> Grid:
+        """Stiffness of the arms by which the nodes are held by the contour (force per length)."""
+
+    @property
+    def background(self) -> Background:
+        """What is added to splines."""
+
+    @property
+    def far(self) -> Mask:
+        """Which nodes have no arm that ends on the contour."""
+
+    @property
+    def wanted(self) -> Grid:
+        """About q at the points (force per area)."""
+
+    @property
+    def largest_bend(self) -> float:
+        """What a membrane bends on a square (length)."""
+
+    @property
+    def corner_load(self) -> Grid:
+        """What differences take the background for, a load (force per area)."""
+
+    def bend(self, load: Grid) -> Grid:
+        """Return the wanted sums of second differences under a load (length)."""
+
+    def with_rim(self, gap: Grid) -> Grid:
+        """Return a gap with that of the frame."""
+
+    def with_background(self, background: Background) -> Self:
+        """Return the problem with another background."""
+
+    def fitted_to(self, gap: Grid, bend: Grid) -> tuple[Self, Grid]:
+        """Return the problem with the background that an answer has, and the answer without what no membrane has."""
+
+    def upper_coefficients(self, values: Grid, bend: Grid) -> Grid:
+        """Return the coefficients of a spline through values."""
+
+
+Problem = TypeVar("Problem", bound=Fitting)
+
+
+class Settling(Generic[Problem]):
     """Solves a lattice again with loads that bring its values next to a contour to those of splines.
 
     Parameters
     ----------
-    problem : ContourProblem
+    problem : Fitting
         Its background is chosen by the first call of `settle`.
     resolve : callable
         See `contactqp.continuum.obstacle.Resolve`.
     """
 
-    def __init__(self, problem: ContourProblem, resolve: Resolve) -> None:
+    def __init__(self, problem: Problem, resolve: Resolve) -> None:
         self.problem = problem
         self._resolve = resolve
         nodes = problem.cells.nodes
@@ -148,7 +201,7 @@ class Settling:
             gap = self._solved(change, moved)
         return gap
 
-    def _away(self, problem: ContourProblem, clean: Grid, gap: Grid, bend: Grid) -> Grid:
+    def _away(self, problem: Problem, clean: Grid, gap: Grid, bend: Grid) -> Grid:
         """Return how far the values next to the contour are to move, where there is no contact."""
         spline = problem.upper_coefficients(clean, bend)
         wanted = spline[1:-1, 1:-1] + problem.background.at_points
