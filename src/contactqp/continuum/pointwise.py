@@ -123,7 +123,8 @@ def pointwise_bounds(
         other, more = _sharpened(problem, gap, resolve, rounds, lower_from, above_kinks)
         lowered += more
         lower = min(lower, other, key=lambda bound: _distance(bound, gap, largest=True))
-    lower = min(lower, _bowl(problem), key=lambda bound: _distance(bound, gap))
+    if not _distance(lower, gap) <= problem.near * problem.largest_bend:
+        lower = min(lower, _bowl(problem), key=lambda bound: _distance(bound, gap))
     return PointwiseBounds(lower, upper, (lowered, raised))
 
 
