@@ -30,6 +30,7 @@ from ..foundation.checks import Vector
 from ..foundation.rounding import UNDERFLOW, UNIT_ROUNDOFF, gamma
 from ..geometry.numbering import Grid
 from .contour import Contour
+from .splines import TO_BERNSTEIN
 
 _ERROR = gamma(256)
 
@@ -37,9 +38,6 @@ _RAISED = np.array(
     [[comb(2, k) * comb(4, m - k) / comb(6, m) if 0 <= m - k <= 4 else 0.0 for k in range(3)] for m in range(7)]
 )
 """Bernstein coefficients of degree six of a parabola from those of degree two."""
-
-_TO_BERNSTEIN = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0
-"""Bernstein coefficients of a cubic spline on a square from its four coefficients about it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +136,7 @@ def _arguments(first: Vector, last: Vector) -> list[tuple[Vector, Vector, Vector
 
 def _blossom(one: Vector, two: Vector, three: Vector) -> NDArray[np.float64]:
     """Return the weights of a cubic spline's four coefficients in its blossom on the square, shape (k, 4)."""
-    net = np.broadcast_to(_TO_BERNSTEIN, (one.size, 4, 4))
+    net = np.broadcast_to(TO_BERNSTEIN, (one.size, 4, 4))
     for place in (one, two, three):
         part = place[:, None, None]
         net = (1.0 - part) * net[:, :-1] + part * net[:, 1:]

@@ -44,6 +44,9 @@ from ..foundation.threads import shared_team
 from ..geometry.numbering import Grid
 from .cells import Cells, Edges
 
+TO_BERNSTEIN = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0
+"""Bernstein coefficients of a cubic spline on a square from its four coefficients about it."""
+
 _ERROR = gamma(24)
 
 _LARGEST = 1e300

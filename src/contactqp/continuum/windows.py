@@ -23,6 +23,7 @@ from ..foundation.checks import Mask, Vector
 from ..foundation.loading import load_modules
 from ..geometry.numbering import Grid
 from .cells import Cells, Edges
+from .splines import TO_BERNSTEIN
 
 _RADIUS = 4
 """How many spacings a window reaches to each side of its corner; with fewer more is missed at 315°."""
@@ -38,14 +39,13 @@ A program of 81 coefficients takes 20 ms, one of 324 takes 0.2 s.
 
 _Numbers = NDArray[np.intp]
 
-_CUBIC = np.array([[1, 4, 1, 0], [0, 4, 2, 0], [0, 2, 4, 0], [0, 1, 4, 1]]) / 6.0
 _LINEAR = np.array([[3, 0], [2, 1], [1, 2], [0, 3]]) / 3.0
 _BENT = _LINEAR @ np.array([[1, -2, 1, 0], [0, 1, -2, 1]])
-"""Four coefficients to the Bernstein coefficients of a cubic spline, two values to those of a linear function, and four
-coefficients to those of the second derivative."""
+"""Two values to the Bernstein coefficients of a linear function, and four coefficients of a cubic spline to those of
+its second derivative."""
 
-_VALUES = np.kron(_CUBIC, _CUBIC)
-_LAPLACIANS = np.kron(_BENT, _CUBIC) + np.kron(_CUBIC, _BENT)
+_VALUES = np.kron(TO_BERNSTEIN, TO_BERNSTEIN)
+_LAPLACIANS = np.kron(_BENT, TO_BERNSTEIN) + np.kron(TO_BERNSTEIN, _BENT)
 _FIELDS = np.kron(_LINEAR, _LINEAR)
 """The same on a cell, from its sixteen coefficients, or four corners, counted row by row."""
 
